@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: GPL-2.0-only
+#
+# For people; the kernel's build reads Kbuild. `make help` says what there is.
+
+NAME := xhc-xy3
+VERSION := 0.1.0
+
+KVER ?= $(shell uname -r)
+KDIR ?= /lib/modules/$(KVER)/build
+
+PREFIX ?= /usr/local
+DESTDIR ?=
+UDEVDIR ?= /usr/lib/udev
+SRCDIR := /usr/src/$(NAME)-$(VERSION)
+
+# A kernel built by clang wants its modules built by clang; dkms may have passed LLVM itself
+ifneq ($(shell grep -qs '^CONFIG_CC_IS_CLANG=y' $(KDIR)/include/config/auto.conf $(KDIR)/.config && echo y),)
+LLVM ?= 1
+export LLVM
+endif
+
+.PHONY: all modules clean help install uninstall install-files uninstall-files demo mutate \
+	check check-host check-kunit check-sim check-stock lint
+
+all: modules
+
+modules:
+	$(MAKE) -C $(KDIR) M=$(CURDIR) modules
+
+clean:
+	find drivers $(wildcard kunit) -type f \( -name '*.o' -o -name '*.ko' -o -name '*.mod' \
+		-o -name '*.mod.c' -o -name '.*.cmd' -o -name 'modules.order' -o -name '*.o.d' \) \
+		-delete
+	rm -f Module.symvers modules.order .module-common.o .*.cmd
+
+help:
+	@echo 'Build and install (KVER=release or KDIR=folder choose another kernel):'
+	@echo '  make               build the modules for the running kernel'
+	@echo '  sudo make install  install them through DKMS, with udev rules and tools;'
+	@echo '                     with DESTDIR= only files are copied, for packagers'
+	@echo '  sudo make uninstall  take all of it away again'
+	@echo '  make clean         remove what was built here'
+	@echo 'Try and test (need no pendant, never touch the running kernel):'
+	@echo '  sudo make demo     a virtual pendant in a virtual machine'
+	@echo '  sudo make check    all levels of tests:'
+	@echo '    check-host         codecs, on this machine, under sanitizers'
+	@echo '    check-kunit        codecs and driver in a debugging kernel (User Mode Linux)'
+	@echo '    check-sim          the whole stack in that kernel, with virtual pendants'
+	@echo '    check-stock        DKMS and the whole stack on stock Debian kernels (QEMU)'
+	@echo '    lint               compilers, sparse, checkpatch, documents against code'
+	@echo '  sudo make mutate   break the code on purpose: is it noticed?'
+
+# The driver's source for DKMS, the virtual pendant, its manual, udev's rules
+install-files:
+	install -d $(DESTDIR)$(SRCDIR)
+	cp -R --parents drivers Kbuild Makefile dkms.conf $(DESTDIR)$(SRCDIR)/
+	install -D -m 644 -t $(DESTDIR)$(UDEVDIR)/rules.d userspace/udev/*.rules
+	install -D -m 644 -t $(DESTDIR)$(PREFIX)/lib/$(NAME)/xhc_sim userspace/xhc-sim/xhc_sim/*.py
+	install -D -m 755 -t $(DESTDIR)$(PREFIX)/lib/$(NAME) userspace/xhc-sim/xhc-sim
+	install -D -m 644 -t $(DESTDIR)$(PREFIX)/share/man/man1 userspace/xhc-sim/xhc-sim.1
+	install -d $(DESTDIR)$(PREFIX)/bin
+	ln -sf ../lib/$(NAME)/xhc-sim $(DESTDIR)$(PREFIX)/bin/xhc-sim
+
+# Twice in a row is no error: what dkms has of this version goes first
+install:
+ifeq ($(DESTDIR),)
+	if dkms status -m $(NAME) -v $(VERSION) | grep -q .; then \
+		dkms remove -m $(NAME) -v $(VERSION) --all; fi
+	rm -rf $(SRCDIR)
+endif
+	$(MAKE) install-files
+ifeq ($(DESTDIR),)
+	dkms install -m $(NAME) -v $(VERSION) -k $(KVER)
+	-udevadm control --reload
+endif
+
+uninstall-files:
+	rm -rf $(DESTDIR)$(SRCDIR) $(DESTDIR)$(PREFIX)/lib/$(NAME)
+	rm -f $(DESTDIR)$(PREFIX)/bin/xhc-sim $(DESTDIR)$(PREFIX)/share/man/man1/xhc-sim.1
+	for f in userspace/udev/*.rules; do \
+		rm -f $(DESTDIR)$(UDEVDIR)/rules.d/$${f##*/}; done
+
+uninstall:
+ifeq ($(DESTDIR),)
+	-modprobe -r hid-xhc
+	-dkms remove -m $(NAME) -v $(VERSION) --all
+endif
+	$(MAKE) uninstall-files
+ifeq ($(DESTDIR),)
+	-udevadm control --reload
+endif
+
+demo:
+	userspace/demo/run
+
+check:
+	.ci/check
+
+check-host:
+	kunit/host/run
+
+check-kunit:
+	kunit/check-kunit
+
+check-sim:
+	userspace/tests/check-sim
+
+check-stock:
+	userspace/tests/check-stock
+
+lint:
+	.ci/lint/run
+
+mutate:
+	kunit/mutate

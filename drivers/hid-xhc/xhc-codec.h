@@ -1,0 +1,226 @@
+/* SPDX-License-Identifier: GPL-2.0-only */
+/*
+ * XHC pendant wire formats: reports, display frames and their text forms
+ *
+ * Pure functions over bytes: nothing here allocates, sleeps or knows a device,
+ * so that the same text is compiled into the driver and into user-space tests.
+ */
+#ifndef XHC_CODEC_H
+#define XHC_CODEC_H
+
+#include <linux/build_bug.h>
+#include <linux/types.h>
+
+#define XHC_VENDOR_ID		0x10ce
+
+#define XHC_INPUT_ID		0x04
+#define XHC_FEATURE_ID		0x06
+
+#define XHC_KEY_MAX		0x17	/* keys have the scan codes 01h..17h */
+#define XHC_KEY_SLOTS		2
+
+#define XHC_CHUNK_PAYLOAD	7
+#define XHC_CHUNK_SIZE		(1 + XHC_CHUNK_PAYLOAD)
+#define XHC_CHUNKS_MAX		6
+#define XHC_PAYLOAD_MAX		37
+
+/* positions are kept in units of 1/10000 of what the display shows (mm, inch, degree) */
+#define XHC_UNITS_DECIMALS	4
+#define XHC_POSITION_TEXT	16	/* "-65535.9999" and its NUL */
+#define XHC_STATE_TEXT		32	/* "run+pause+inch+0x7c" and its NUL */
+
+/**
+ * enum xhc_selector - position of the pendant's rotary switch
+ * @XHC_SEL_OFF: off, or a code that the model does not know
+ * @XHC_SEL_X: axis X
+ * @XHC_SEL_Y: axis Y
+ * @XHC_SEL_Z: axis Z
+ * @XHC_SEL_A: axis A (HB03: processing speed)
+ * @XHC_SEL_FEED: feed rate
+ * @XHC_SEL_SPINDLE: spindle speed
+ * @XHC_SEL_COUNT: number of positions
+ *
+ * The numbers are those that user space sees as ABS_MISC.
+ */
+enum xhc_selector {
+	XHC_SEL_OFF,
+	XHC_SEL_X,
+	XHC_SEL_Y,
+	XHC_SEL_Z,
+	XHC_SEL_A,
+	XHC_SEL_FEED,
+	XHC_SEL_SPINDLE,
+	XHC_SEL_COUNT
+};
+
+/**
+ * struct xhc_selector_code - one row of a model's selector table
+ * @code: byte 3 of the input report
+ * @position: enum xhc_selector
+ */
+struct xhc_selector_code {
+	u8 code;
+	u8 position;
+};
+
+/**
+ * struct xhc_model - all that differs from one model of pendant to the next
+ * @name: as printed on the unit
+ * @product: USB product id
+ * @decimals: decimals that the display shows
+ * @fraction_size: bytes of a position's fraction on the wire, its top bit is the sign
+ * @payload_size: bytes of a display frame
+ * @chunks: feature reports of a display frame
+ * @named_states: bits of the state byte that have a name on this model
+ * @selector: codes of the rotary switch; 00h, off, is the same on all
+ */
+struct xhc_model {
+	const char *name;
+	u16 product;
+	u8 decimals;
+	u8 fraction_size;
+	u8 payload_size;
+	u8 chunks;
+	u8 named_states;
+	struct xhc_selector_code selector[XHC_SEL_COUNT - 1];
+};
+
+/* Models, by their product id */
+#define XHC_PRODUCT_HB03	0xeb6e
+#define XHC_PRODUCT_HB04	0xeb70
+
+const struct xhc_model *xhc_model_find(u32 product);
+
+/*
+ * Input report 04h, as it comes:
+ *
+ *   byte  0     1      2      3         4      5
+ *         04h   key 1  key 2  selector  wheel  day XOR key 1
+ *
+ * Keys are 00h when none is down; the wheel is signed, clockwise positive. All zero
+ * behind the id: the pendant falls asleep.
+ */
+struct xhc_report {
+	u8 id;
+	u8 key[XHC_KEY_SLOTS];
+	u8 selector;
+	s8 wheel;
+	u8 day_xor;
+} __packed;
+static_assert(sizeof(struct xhc_report) == 6);
+
+/**
+ * struct xhc_input - what one input report says
+ * @key: scan codes of the keys that are down, 0 for an empty slot
+ * @selector: enum xhc_selector
+ * @wheel: detents since the last report, clockwise positive
+ * @asleep: the pendant says good night: no key, no selector, no wheel
+ * @day_ok: byte 5 matches the day that the pendant was sent last
+ * @selector_ok: the selector's code is one that the model knows
+ */
+struct xhc_input {
+	u8 key[XHC_KEY_SLOTS];
+	u8 selector;
+	s8 wheel;
+	bool asleep;
+	bool day_ok;
+	bool selector_ok;
+};
+
+int xhc_decode_report(const struct xhc_model *model, const u8 *data, size_t size,
+		      u8 day, bool swap_feed_spindle, struct xhc_input *in);
+
+/**
+ * struct xhc_key_change - a key that went down or up between two reports
+ * @code: scan code
+ * @down: it is down now
+ */
+struct xhc_key_change {
+	u8 code;
+	bool down;
+};
+
+#define XHC_KEY_CHANGES_MAX	(2 * XHC_KEY_SLOTS)
+
+unsigned int xhc_key_changes(const u8 was[XHC_KEY_SLOTS], const u8 now[XHC_KEY_SLOTS],
+			     struct xhc_key_change change[XHC_KEY_CHANGES_MAX]);
+
+/**
+ * enum xhc_position - the six coordinates of the display, in the order of the wire
+ * @XHC_WORK_X: X in the work piece's system
+ * @XHC_WORK_Y: Y in the work piece's system
+ * @XHC_WORK_Z: Z in the work piece's system
+ * @XHC_MACHINE_X: X in the machine's system
+ * @XHC_MACHINE_Y: Y in the machine's system
+ * @XHC_MACHINE_Z: Z in the machine's system
+ * @XHC_POSITIONS: how many they are
+ */
+enum xhc_position {
+	XHC_WORK_X,
+	XHC_WORK_Y,
+	XHC_WORK_Z,
+	XHC_MACHINE_X,
+	XHC_MACHINE_Y,
+	XHC_MACHINE_Z,
+	XHC_POSITIONS
+};
+
+/**
+ * enum xhc_number - the four plain numbers of the display, in the order of the wire
+ * @XHC_FEEDRATE_OVERRIDE: feed rate override
+ * @XHC_SPINDLE_OVERRIDE: spindle speed override
+ * @XHC_FEEDRATE: feed rate
+ * @XHC_SPINDLE_SPEED: spindle speed
+ * @XHC_NUMBERS: how many they are
+ */
+enum xhc_number {
+	XHC_FEEDRATE_OVERRIDE,
+	XHC_SPINDLE_OVERRIDE,
+	XHC_FEEDRATE,
+	XHC_SPINDLE_SPEED,
+	XHC_NUMBERS
+};
+
+#define XHC_STATE_RUN		0x01
+#define XHC_STATE_PAUSE		0x02
+#define XHC_STATE_INCH		0x80	/* HB04 */
+
+#define XHC_STEP_CODE		0x0f	/* step byte: low nibble, index of the multiplier */
+#define XHC_STEP_ICON		0xf0	/* step byte: high nibble, an icon */
+#define XHC_ICON_MAX		0x0f
+
+#define XHC_DAY_MAX		31
+
+/**
+ * struct xhc_display - what the display is to show
+ * @position: by enum xhc_position, in units of 1/10000
+ * @number: by enum xhc_number
+ * @day: day of the month, 1..31; the pendant's key for byte 5 of its reports
+ * @step: code of the step multiplier, see xhc_step_code()
+ * @icon: 0..15
+ * @state: XHC_STATE_* and bits without a name
+ */
+struct xhc_display {
+	s32 position[XHC_POSITIONS];
+	u16 number[XHC_NUMBERS];
+	u8 day;
+	u8 step;
+	u8 icon;
+	u8 state;
+};
+
+int xhc_encode_payload(const struct xhc_model *model, const struct xhc_display *display,
+		       u8 payload[XHC_PAYLOAD_MAX]);
+void xhc_encode_chunk(const u8 *payload, size_t size, unsigned int index,
+		      u8 report[XHC_CHUNK_SIZE]);
+
+int xhc_parse_position(const struct xhc_model *model, const char *text, s32 *units);
+int xhc_format_position(s32 units, char *text, size_t size);
+
+int xhc_step_code(unsigned int multiplier);
+int xhc_step_multiplier(unsigned int code);
+
+int xhc_parse_state(const struct xhc_model *model, const char *text, u8 *state);
+int xhc_format_state(const struct xhc_model *model, u8 state, char *text, size_t size);
+
+#endif /* XHC_CODEC_H */

@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""Read KTAP, the kernel's test result format, into a tree.
+
+    KTAP version 1
+    1..1
+        KTAP version 1
+        # Subtest: suite
+        1..2
+        ok 1 first_case
+            KTAP version 1
+            # Subtest: second_case
+            ok 1 row
+        ok 2 second_case
+    ok 1 suite
+
+Four blanks make a level; a level's results come before the line that sums them up.
+"""
+import re
+from dataclasses import dataclass, field
+
+VERSION = re.compile(r'KTAP version \d+$')
+PLAN = re.compile(r'1\.\.(\d+)')
+RESULT = re.compile(r'(not ok|ok) (\d+) ?(.*)$')
+DIRECTIVE = re.compile(r'\s*#\s*(SKIP|TODO|XFAIL)\b.*$', re.IGNORECASE)
+
+
+@dataclass
+class Block:
+    """The results of one level, and how many its plan line promised (None: no plan line)."""
+    plan: int | None = None
+    results: list = field(default_factory=list)
+    diagnostics: list = field(default_factory=list)
+
+
+@dataclass
+class Result:
+    number: int
+    name: str
+    ok: bool
+    skipped: bool
+    block: Block | None         # what stands below this line's sum; None: nothing
+    diagnostics: list
+
+    def rows(self):
+        return self.block.results if self.block else []
+
+
+class Malformed(Exception):
+    """The text is not a whole KTAP document."""
+
+
+def parse(text):
+    """The document's outermost block."""
+    open_blocks = []            # one for each level, from the outermost
+    for line in text.splitlines():
+        words = line.lstrip(' ')
+        level = (len(line) - len(words)) // 4
+        if VERSION.match(words):
+            _open(open_blocks, level)
+        elif PLAN.match(words) and level < len(open_blocks):
+            open_blocks[level].plan = int(PLAN.match(words).group(1))
+        elif RESULT.match(words):
+            _close(open_blocks, level, RESULT.match(words))
+        elif words.startswith('#') and open_blocks:
+            open_blocks[min(level, len(open_blocks) - 1)].diagnostics.append(words)
+    if len(open_blocks) != 1:
+        raise Malformed('the text is cut off, or no KTAP at all')
+    return open_blocks[0]
+
+
+def _open(open_blocks, level):
+    if level > len(open_blocks):
+        raise Malformed(f'level {level} begins, level {level - 1} has not begun')
+    if level < len(open_blocks):
+        raise Malformed(f'level {level} begins twice, its first run has no result line')
+    open_blocks.append(Block())
+
+
+def _close(open_blocks, level, match):
+    """A result line: it belongs to `level`, and sums up the level below, if that is open."""
+    if not level < len(open_blocks) <= level + 2:
+        raise Malformed(f'a result at level {level} that is not open: {match.group(0)}')
+    inner = open_blocks.pop() if len(open_blocks) == level + 2 else None
+    outer = open_blocks[level]
+    rest = match.group(3)
+    directive = DIRECTIVE.search(rest)
+    name = DIRECTIVE.sub('', rest).removeprefix('- ').strip()
+    outer.results.append(Result(
+        number=int(match.group(2)), name=name, ok=match.group(1) == 'ok',
+        skipped=bool(directive), block=inner, diagnostics=outer.diagnostics))
+    outer.diagnostics = []
