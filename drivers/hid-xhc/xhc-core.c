@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: GPL-2.0-only
+/*
+ * XHC pendant (HB03, HB04): the HID driver
+ *
+ * A hand-held jog wheel with keys, a selector and a display, for CNC machines. Reports
+ * become evdev events, the display is worked by sysfs; hidraw stays beside both.
+ *
+ * This is the only file that knows the bus.
+ */
+
+#include <linux/hid.h>
+#include <linux/module.h>
+#include <linux/pm.h>
+
+#include "xhc.h"
+
+#define CREATE_TRACE_POINTS
+#include "trace.h"
+
+static bool swap_feed_spindle;
+module_param(swap_feed_spindle, bool, 0644);
+MODULE_PARM_DESC(swap_feed_spindle,
+		 "Exchange the selector positions feed and spindle, for a unit that has them the other way round (default: N)");
+
+/**
+ * xhc_send_report() - send one feature report and wait until the pendant has taken it
+ * @pendant: the pendant
+ * @report: report 06h with its id, in memory fit for DMA
+ *
+ * Return: 0, the transfer's error (-EPIPE: the pendant stalled it), or -EIO when it was
+ * taken in part only.
+ */
+int xhc_send_report(struct xhc_pendant *pendant, u8 report[XHC_CHUNK_SIZE])
+{
+	int ret = hid_hw_raw_request(pendant->hdev, report[0], report, XHC_CHUNK_SIZE,
+				     HID_FEATURE_REPORT, HID_REQ_SET_REPORT);
+
+	if (ret < 0)
+		return ret;
+	return ret == XHC_CHUNK_SIZE ? 0 : -EIO;
+}
+
+static int xhc_raw_event(struct hid_device *hdev, struct hid_report *report, u8 *data, int size)
+{
+	struct xhc_pendant *pendant = hid_get_drvdata(hdev);
+	struct xhc_input in;
+	int err;
+
+	if (report->type != HID_INPUT_REPORT)
+		return 0;
+
+	err = xhc_decode_report(pendant->model, data, size, xhc_dro_day(pendant),
+				swap_feed_spindle, &in);
+	trace_report(hdev, data, size, err);
+
+	xhc_count(pendant, XHC_REPORTS);
+	if (err) {
+		xhc_count(pendant, XHC_BAD_REPORTS);
+		return 0;
+	}
+	if (!in.day_ok && !in.asleep)
+		xhc_count(pendant, XHC_XOR_MISMATCHES);
+
+	xhc_input_report(pendant, &in);
+	return 0;	/* hidraw sees it too */
+}
+
+/* The reports that the driver works with must be there, and as long as it takes them to be */
+static int xhc_check_reports(struct hid_device *hdev)
+{
+	const struct hid_report *input =
+		hdev->report_enum[HID_INPUT_REPORT].report_id_hash[XHC_INPUT_ID];
+	struct hid_report *feature =
+		hdev->report_enum[HID_FEATURE_REPORT].report_id_hash[XHC_FEATURE_ID];
+
+	if (input && input->size == 8 * (sizeof(struct xhc_report) - 1) &&
+	    feature && feature->size >= 8 * XHC_CHUNK_PAYLOAD)
+		return 0;
+
+	hid_err(hdev, "not the report descriptor of a pendant\n");
+	return -ENODEV;
+}
+
+static int xhc_probe(struct hid_device *hdev, const struct hid_device_id *id)
+{
+	struct xhc_pendant *pendant;
+	int err;
+
+	pendant = devm_kzalloc(&hdev->dev, sizeof(*pendant), GFP_KERNEL);
+	if (!pendant)
+		return -ENOMEM;
+	pendant->hdev = hdev;
+	pendant->model = xhc_model_find(id->product);
+	if (!pendant->model)
+		return -ENODEV;
+	hid_set_drvdata(hdev, pendant);
+
+	err = hid_parse(hdev);
+	if (err)
+		return err;
+	err = xhc_check_reports(hdev);
+	if (err)
+		return err;
+	err = xhc_dro_init(pendant);
+	if (err)
+		return err;
+	err = xhc_input_init(pendant);
+	if (err)
+		return err;
+
+	err = hid_hw_start(hdev, HID_CONNECT_HIDRAW);
+	if (err)
+		return err;
+	/* a pendant that is put to sleep between two detents loses the next one */
+	err = hid_hw_power(hdev, PM_HINT_FULLON);
+	if (err < 0)
+		goto stop;
+	/* reports flow from here on, so that the selector is known before anybody asks */
+	err = hid_hw_open(hdev);
+	if (err)
+		goto power;
+
+	xhc_input_start(pendant);
+	xhc_dro_start(pendant);
+	hid_info(hdev, "XHC %s pendant\n", pendant->model->name);
+	return 0;
+
+power:
+	hid_hw_power(hdev, PM_HINT_NORMAL);
+stop:
+	hid_hw_stop(hdev);
+	return err;
+}
+
+static void xhc_remove(struct hid_device *hdev)
+{
+	struct xhc_pendant *pendant = hid_get_drvdata(hdev);
+
+	/* no report comes while the HID core removes; the attributes are gone already */
+	xhc_input_stop(pendant);
+	xhc_dro_stop(pendant);
+	hid_hw_close(hdev);
+	hid_hw_power(hdev, PM_HINT_NORMAL);
+	hid_hw_stop(hdev);
+}
+
+static int xhc_suspend(struct hid_device *hdev, pm_message_t message)
+{
+	struct xhc_pendant *pendant = hid_get_drvdata(hdev);
+
+	xhc_input_stop(pendant);
+	xhc_dro_stop(pendant);
+	return 0;
+}
+
+static int xhc_resume(struct hid_device *hdev)
+{
+	struct xhc_pendant *pendant = hid_get_drvdata(hdev);
+
+	xhc_input_start(pendant);
+	xhc_dro_start(pendant);
+	return 0;
+}
+
+/* Exact products, never the vendor alone: it makes other things as well */
+static const struct hid_device_id xhc_devices[] = {
+	{ HID_USB_DEVICE(XHC_VENDOR_ID, XHC_PRODUCT_HB03) },
+	{ HID_USB_DEVICE(XHC_VENDOR_ID, XHC_PRODUCT_HB04) },
+	{ }
+};
+MODULE_DEVICE_TABLE(hid, xhc_devices);
+
+static struct hid_driver xhc_driver = {
+	.name = "hid-xhc",
+	.id_table = xhc_devices,
+	.probe = xhc_probe,
+	.remove = xhc_remove,
+	.raw_event = xhc_raw_event,
+	.suspend = pm_ptr(xhc_suspend),
+	.resume = pm_ptr(xhc_resume),
+	.reset_resume = pm_ptr(xhc_resume),
+	.driver = {
+		.dev_groups = xhc_groups,
+	},
+};
+module_hid_driver(xhc_driver);
+
+MODULE_AUTHOR("xhc-xy3 developers");
+MODULE_DESCRIPTION("XHC HB03 and HB04 pendants: jog wheel, keys, selector and display");
+MODULE_LICENSE("GPL");
+MODULE_VERSION("0.1.0");

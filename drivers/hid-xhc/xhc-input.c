@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: GPL-2.0-only
+/*
+ * XHC pendant: keys, selector and wheel as an input device
+ *
+ * One report makes one SYN_REPORT, in the order selector, keys, wheel. What the machine
+ * does depends on it: a jog key or a selector that stays down when the pendant is gone
+ * moves an axis, so every way out of here goes through xhc_input_release().
+ */
+
+#include <linux/hid.h>
+#include <linux/input.h>
+#include <linux/sysfs.h>
+
+#include "xhc.h"
+
+/*
+ * evdev keeps eight times this for each reader. A pendant may report every 2 ms, and a turn
+ * of the wheel makes two events: a reader that is busy for a second loses no detent.
+ */
+#define XHC_EVENTS_HINT		128
+
+/* A key code is down while any scan code that is mapped to it is */
+static bool xhc_keycode_down(const struct xhc_buttons *buttons, const struct xhc_input *in,
+			     u16 keycode)
+{
+	for (size_t i = 0; i < XHC_KEY_SLOTS; i++) {
+		u8 code = in->key[i];
+
+		if (code && code <= XHC_KEY_MAX && buttons->keymap[code] == keycode)
+			return true;
+	}
+	return in->selector && buttons->keymap[XHC_SCAN_SELECTOR + in->selector] == keycode;
+}
+
+static void xhc_report_scan(struct xhc_buttons *buttons, const struct xhc_input *in,
+			    unsigned int scan)
+{
+	u16 keycode = buttons->keymap[scan];
+
+	input_report_key(buttons->dev, keycode, xhc_keycode_down(buttons, in, keycode));
+}
+
+static void xhc_report_selector(struct xhc_buttons *buttons, const struct xhc_input *in)
+{
+	u8 was = buttons->last.selector;
+
+	if (in->selector == was)
+		return;
+
+	input_report_abs(buttons->dev, ABS_MISC, in->selector);
+	if (was)
+		xhc_report_scan(buttons, in, XHC_SCAN_SELECTOR + was);
+	if (in->selector)
+		xhc_report_scan(buttons, in, XHC_SCAN_SELECTOR + in->selector);
+}
+
+/* Return: number of keys that went down and that no pendant has */
+static unsigned int xhc_report_keys(struct xhc_buttons *buttons, const struct xhc_input *in)
+{
+	struct xhc_key_change change[XHC_KEY_CHANGES_MAX];
+	unsigned int n = xhc_key_changes(buttons->last.key, in->key, change);
+	unsigned int unknown = 0;
+
+	for (unsigned int i = 0; i < n; i++) {
+		bool known = change[i].code <= XHC_KEY_MAX;
+
+		if (known || change[i].down)
+			input_event(buttons->dev, EV_MSC, MSC_SCAN, change[i].code);
+		if (known)
+			xhc_report_scan(buttons, in, change[i].code);
+		else
+			unknown += change[i].down;
+	}
+
+	/*
+	 * A key code may have lost its scan code to a remapping while the key was down.
+	 * The input core drops what is no change, so this costs no event.
+	 */
+	for (unsigned int scan = 0; scan < XHC_SCAN_COUNT; scan++)
+		if (!xhc_keycode_down(buttons, in, buttons->keymap[scan]))
+			input_report_key(buttons->dev, buttons->keymap[scan], 0);
+	return unknown;
+}
+
+/* Return: number of codes in the report that the model does not know */
+static unsigned int xhc_report_all(struct xhc_buttons *buttons, const struct xhc_input *in)
+{
+	unsigned int unknown = !in->selector_ok && buttons->last.selector_ok;
+
+	lockdep_assert_held(&buttons->lock);
+
+	xhc_report_selector(buttons, in);
+	unknown += xhc_report_keys(buttons, in);
+	if (in->wheel)
+		input_report_rel(buttons->dev, REL_DIAL, in->wheel);
+	input_sync(buttons->dev);
+
+	buttons->last = *in;
+	return unknown;
+}
+
+/* All keys up, selector off */
+static void xhc_input_release(struct xhc_buttons *buttons)
+{
+	static const struct xhc_input nothing = { .selector_ok = true, .asleep = true };
+
+	xhc_report_all(buttons, &nothing);
+}
+
+static void xhc_set_awake(struct xhc_buttons *buttons, bool awake)
+{
+	lockdep_assert_held(&buttons->lock);
+
+	if (buttons->awake == awake)
+		return;
+	buttons->awake = awake;
+	schedule_work(&buttons->awake_work);
+}
+
+/**
+ * xhc_input_report() - turn a report into events
+ * @pendant: the pendant
+ * @in: the report, decoded
+ *
+ * Context: any, the report may come from an interrupt.
+ */
+void xhc_input_report(struct xhc_pendant *pendant, const struct xhc_input *in)
+{
+	struct xhc_buttons *buttons = &pendant->buttons;
+	unsigned int unknown;
+
+	/*
+	 * The bus brings reports one at a time, but suspend runs beside it: a report that
+	 * passes it must not press again what it has let go.
+	 */
+	guard(spinlock_irqsave)(&buttons->lock);
+	if (!buttons->running)
+		return;
+
+	unknown = xhc_report_all(buttons, in);
+	while (unknown--)
+		xhc_count(pendant, XHC_UNKNOWN_KEYS);
+	xhc_set_awake(buttons, !in->asleep);
+}
+
+/**
+ * xhc_input_start() - let reports through
+ * @pendant: the pendant
+ */
+void xhc_input_start(struct xhc_pendant *pendant)
+{
+	guard(spinlock_irqsave)(&pendant->buttons.lock);
+	pendant->buttons.running = true;
+}
+
+/**
+ * xhc_input_stop() - let all keys go, turn the selector off, and keep it so
+ * @pendant: the pendant
+ *
+ * Context: may sleep.
+ */
+void xhc_input_stop(struct xhc_pendant *pendant)
+{
+	struct xhc_buttons *buttons = &pendant->buttons;
+
+	scoped_guard(spinlock_irqsave, &buttons->lock) {
+		buttons->running = false;
+		xhc_input_release(buttons);
+		xhc_set_awake(buttons, false);
+	}
+	flush_work(&buttons->awake_work);
+}
+
+static void xhc_awake_work(struct work_struct *work)
+{
+	struct xhc_pendant *pendant = container_of(work, struct xhc_pendant, buttons.awake_work);
+
+	sysfs_notify(&pendant->hdev->dev.kobj, NULL, "awake");
+}
+
+static void xhc_init_keymap(struct xhc_buttons *buttons)
+{
+	struct input_dev *dev = buttons->dev;
+
+	for (unsigned int code = 1; code <= XHC_KEY_MAX; code++)
+		buttons->keymap[code] = BTN_TRIGGER_HAPPY1 + code - 1;
+	for (unsigned int position = 1; position < XHC_SEL_COUNT; position++)
+		buttons->keymap[XHC_SCAN_SELECTOR + position] =
+			BTN_TRIGGER_HAPPY31 + position - 1;
+
+	dev->keycode = buttons->keymap;
+	dev->keycodesize = sizeof(buttons->keymap[0]);
+	dev->keycodemax = ARRAY_SIZE(buttons->keymap);
+	for (unsigned int scan = 0; scan < XHC_SCAN_COUNT; scan++)
+		if (buttons->keymap[scan] != KEY_RESERVED)
+			input_set_capability(dev, EV_KEY, buttons->keymap[scan]);
+}
+
+/**
+ * xhc_input_init() - make and register the input device
+ * @pendant: the pendant; @pendant->hdev and @pendant->model are set
+ *
+ * The device goes when the driver lets the HID device go. It starts stopped.
+ *
+ * Return: 0 or an error.
+ */
+int xhc_input_init(struct xhc_pendant *pendant)
+{
+	struct xhc_buttons *buttons = &pendant->buttons;
+	struct hid_device *hdev = pendant->hdev;
+	struct input_dev *dev;
+
+	spin_lock_init(&buttons->lock);
+	INIT_WORK(&buttons->awake_work, xhc_awake_work);
+	buttons->last.selector_ok = true;
+
+	dev = devm_input_allocate_device(&hdev->dev);
+	if (!dev)
+		return -ENOMEM;
+	buttons->dev = dev;
+
+	dev->name = devm_kasprintf(&hdev->dev, GFP_KERNEL, "XHC %s Pendant",
+				   pendant->model->name);
+	if (!dev->name)
+		return -ENOMEM;
+	dev->phys = hdev->phys;
+	dev->uniq = hdev->uniq;
+	dev->id.bustype = hdev->bus;
+	dev->id.vendor = hdev->vendor;
+	dev->id.product = hdev->product;
+	dev->id.version = hdev->version;
+
+	xhc_init_keymap(buttons);
+	input_set_capability(dev, EV_MSC, MSC_SCAN);
+	input_set_capability(dev, EV_REL, REL_DIAL);
+	input_set_abs_params(dev, ABS_MISC, XHC_SEL_OFF, XHC_SEL_COUNT - 1, 0, 0);
+	input_set_events_per_packet(dev, XHC_EVENTS_HINT);
+
+	return input_register_device(dev);
+}

@@ -1,0 +1,407 @@
+// SPDX-License-Identifier: GPL-2.0-only
+/*
+ * XHC pendant: sysfs, as userspace/abi/sysfs-driver-hid-xhc describes it
+ *
+ * Text in, text out: values go to struct xhc_dro under its lock, the worker does the
+ * rest. What cannot be read as a number is -EINVAL, a number out of range -ERANGE, and
+ * then nothing has changed.
+ */
+
+#include <linux/device.h>
+#include <linux/hid.h>
+#include <linux/slab.h>
+#include <linux/string.h>
+#include <linux/sysfs.h>
+
+#include "xhc.h"
+
+/* One of several attributes that differ by a number only */
+struct xhc_attribute {
+	struct device_attribute attr;
+	unsigned int index;
+};
+
+#define XHC_ATTR_RW(_name, _show, _store, _index)					\
+	static struct xhc_attribute xhc_attr_##_name = {				\
+		.attr = __ATTR(_name, 0644, _show, _store), .index = (_index),		\
+	}
+
+#define XHC_ATTR_RO(_name, _show, _index)						\
+	static struct xhc_attribute xhc_attr_##_name = {				\
+		.attr = __ATTR(_name, 0444, _show, NULL), .index = (_index),		\
+	}
+
+static unsigned int xhc_attr_index(const struct device_attribute *attr)
+{
+	return container_of(attr, struct xhc_attribute, attr)->index;
+}
+
+static int xhc_parse_number(const char *buf, int min, int max, int *number)
+{
+	int err, n;
+
+	err = kstrtoint(buf, 10, &n);
+	if (err)
+		return err;
+	if (n < min || n > max)
+		return -ERANGE;
+	*number = n;
+	return 0;
+}
+
+static ssize_t position_one_show(struct device *dev, struct device_attribute *attr, char *buf)
+{
+	struct xhc_pendant *pendant = dev_get_drvdata(dev);
+	char text[XHC_POSITION_TEXT];
+
+	guard(mutex)(&pendant->dro.lock);
+	xhc_format_position(pendant->dro.want.position[xhc_attr_index(attr)], text, sizeof(text));
+	return sysfs_emit(buf, "%s\n", text);
+}
+
+static ssize_t position_one_store(struct device *dev, struct device_attribute *attr,
+				  const char *buf, size_t count)
+{
+	struct xhc_pendant *pendant = dev_get_drvdata(dev);
+	s32 units;
+	int err;
+
+	err = xhc_parse_position(pendant->model, buf, &units);
+	if (err)
+		return err;
+
+	guard(mutex)(&pendant->dro.lock);
+	pendant->dro.want.position[xhc_attr_index(attr)] = units;
+	xhc_dro_changed(pendant);
+	return count;
+}
+
+XHC_ATTR_RW(work_x, position_one_show, position_one_store, XHC_WORK_X);
+XHC_ATTR_RW(work_y, position_one_show, position_one_store, XHC_WORK_Y);
+XHC_ATTR_RW(work_z, position_one_show, position_one_store, XHC_WORK_Z);
+XHC_ATTR_RW(machine_x, position_one_show, position_one_store, XHC_MACHINE_X);
+XHC_ATTR_RW(machine_y, position_one_show, position_one_store, XHC_MACHINE_Y);
+XHC_ATTR_RW(machine_z, position_one_show, position_one_store, XHC_MACHINE_Z);
+
+static ssize_t position_show(struct device *dev, struct device_attribute *attr, char *buf)
+{
+	struct xhc_pendant *pendant = dev_get_drvdata(dev);
+	ssize_t len = 0;
+
+	guard(mutex)(&pendant->dro.lock);
+	for (unsigned int i = 0; i < XHC_POSITIONS; i++) {
+		char text[XHC_POSITION_TEXT];
+
+		xhc_format_position(pendant->dro.want.position[i], text, sizeof(text));
+		len += sysfs_emit_at(buf, len, "%s%s", i ? " " : "", text);
+	}
+	return len + sysfs_emit_at(buf, len, "\n");
+}
+
+static ssize_t position_store(struct device *dev, struct device_attribute *attr,
+			      const char *buf, size_t count)
+{
+	struct xhc_pendant *pendant = dev_get_drvdata(dev);
+	s32 units[XHC_POSITIONS];
+	char *rest;
+
+	char *text __free(kfree) = kstrdup(buf, GFP_KERNEL);
+	if (!text)
+		return -ENOMEM;
+
+	rest = strim(text);
+	for (unsigned int i = 0; i < XHC_POSITIONS; i++) {
+		char *word = strsep(&rest, " \t");
+		int err;
+
+		if (!word)
+			return -EINVAL;
+		err = xhc_parse_position(pendant->model, word, &units[i]);
+		if (err)
+			return err;
+		if (rest)
+			rest = skip_spaces(rest);
+	}
+	if (rest)
+		return -EINVAL;
+
+	guard(mutex)(&pendant->dro.lock);
+	memcpy(pendant->dro.want.position, units, sizeof(units));
+	xhc_dro_changed(pendant);
+	return count;
+}
+static DEVICE_ATTR_RW(position);
+
+static ssize_t number_show(struct device *dev, struct device_attribute *attr, char *buf)
+{
+	struct xhc_pendant *pendant = dev_get_drvdata(dev);
+
+	guard(mutex)(&pendant->dro.lock);
+	return sysfs_emit(buf, "%u\n", pendant->dro.want.number[xhc_attr_index(attr)]);
+}
+
+static ssize_t number_store(struct device *dev, struct device_attribute *attr,
+			    const char *buf, size_t count)
+{
+	struct xhc_pendant *pendant = dev_get_drvdata(dev);
+	int err, number;
+
+	err = xhc_parse_number(buf, 0, U16_MAX, &number);
+	if (err)
+		return err;
+
+	guard(mutex)(&pendant->dro.lock);
+	pendant->dro.want.number[xhc_attr_index(attr)] = number;
+	xhc_dro_changed(pendant);
+	return count;
+}
+
+XHC_ATTR_RW(feedrate_override, number_show, number_store, XHC_FEEDRATE_OVERRIDE);
+XHC_ATTR_RW(spindle_override, number_show, number_store, XHC_SPINDLE_OVERRIDE);
+XHC_ATTR_RW(feedrate, number_show, number_store, XHC_FEEDRATE);
+XHC_ATTR_RW(spindle_speed, number_show, number_store, XHC_SPINDLE_SPEED);
+
+static ssize_t step_show(struct device *dev, struct device_attribute *attr, char *buf)
+{
+	struct xhc_pendant *pendant = dev_get_drvdata(dev);
+
+	guard(mutex)(&pendant->dro.lock);
+	return sysfs_emit(buf, "%d\n", xhc_step_multiplier(pendant->dro.want.step));
+}
+
+static ssize_t step_store(struct device *dev, struct device_attribute *attr,
+			  const char *buf, size_t count)
+{
+	struct xhc_pendant *pendant = dev_get_drvdata(dev);
+	int err, code, multiplier;
+
+	err = xhc_parse_number(buf, 0, INT_MAX, &multiplier);
+	if (err)
+		return err;
+	code = xhc_step_code(multiplier);
+	if (code < 0)
+		return code;
+
+	guard(mutex)(&pendant->dro.lock);
+	pendant->dro.want.step = code;
+	xhc_dro_changed(pendant);
+	return count;
+}
+static DEVICE_ATTR_RW(step);
+
+static ssize_t step_available_show(struct device *dev, struct device_attribute *attr, char *buf)
+{
+	ssize_t len = 0;
+	int multiplier;
+
+	for (unsigned int code = 0; (multiplier = xhc_step_multiplier(code)) >= 0; code++)
+		len += sysfs_emit_at(buf, len, "%s%d", code ? " " : "", multiplier);
+	return len + sysfs_emit_at(buf, len, "\n");
+}
+static DEVICE_ATTR_RO(step_available);
+
+static ssize_t icon_show(struct device *dev, struct device_attribute *attr, char *buf)
+{
+	struct xhc_pendant *pendant = dev_get_drvdata(dev);
+
+	guard(mutex)(&pendant->dro.lock);
+	return sysfs_emit(buf, "%u\n", pendant->dro.want.icon);
+}
+
+static ssize_t icon_store(struct device *dev, struct device_attribute *attr,
+			  const char *buf, size_t count)
+{
+	struct xhc_pendant *pendant = dev_get_drvdata(dev);
+	int err, icon;
+
+	err = xhc_parse_number(buf, 0, XHC_ICON_MAX, &icon);
+	if (err)
+		return err;
+
+	guard(mutex)(&pendant->dro.lock);
+	pendant->dro.want.icon = icon;
+	xhc_dro_changed(pendant);
+	return count;
+}
+static DEVICE_ATTR_RW(icon);
+
+static ssize_t state_show(struct device *dev, struct device_attribute *attr, char *buf)
+{
+	struct xhc_pendant *pendant = dev_get_drvdata(dev);
+	char text[XHC_STATE_TEXT];
+
+	guard(mutex)(&pendant->dro.lock);
+	xhc_format_state(pendant->model, pendant->dro.want.state, text, sizeof(text));
+	return sysfs_emit(buf, "%s\n", text);
+}
+
+static ssize_t state_store(struct device *dev, struct device_attribute *attr,
+			   const char *buf, size_t count)
+{
+	struct xhc_pendant *pendant = dev_get_drvdata(dev);
+	u8 state;
+	int err;
+
+	err = xhc_parse_state(pendant->model, buf, &state);
+	if (err)
+		return err;
+
+	guard(mutex)(&pendant->dro.lock);
+	pendant->dro.want.state = state;
+	xhc_dro_changed(pendant);
+	return count;
+}
+static DEVICE_ATTR_RW(state);
+
+static ssize_t day_show(struct device *dev, struct device_attribute *attr, char *buf)
+{
+	struct xhc_pendant *pendant = dev_get_drvdata(dev);
+
+	guard(mutex)(&pendant->dro.lock);
+	if (!pendant->dro.want.day)
+		return sysfs_emit(buf, "auto\n");
+	return sysfs_emit(buf, "%u\n", pendant->dro.want.day);
+}
+
+static ssize_t day_store(struct device *dev, struct device_attribute *attr,
+			 const char *buf, size_t count)
+{
+	struct xhc_pendant *pendant = dev_get_drvdata(dev);
+	int day = 0;
+
+	if (!sysfs_streq(buf, "auto")) {
+		int err = xhc_parse_number(buf, 1, XHC_DAY_MAX, &day);
+
+		if (err)
+			return err;
+	}
+
+	guard(mutex)(&pendant->dro.lock);
+	pendant->dro.want.day = day;
+	xhc_dro_changed(pendant);
+	return count;
+}
+static DEVICE_ATTR_RW(day);
+
+static ssize_t refresh_ms_show(struct device *dev, struct device_attribute *attr, char *buf)
+{
+	struct xhc_pendant *pendant = dev_get_drvdata(dev);
+
+	guard(mutex)(&pendant->dro.lock);
+	return sysfs_emit(buf, "%u\n", pendant->dro.refresh_ms);
+}
+
+static ssize_t refresh_ms_store(struct device *dev, struct device_attribute *attr,
+				const char *buf, size_t count)
+{
+	struct xhc_pendant *pendant = dev_get_drvdata(dev);
+	int err, refresh_ms;
+
+	err = xhc_parse_number(buf, XHC_REFRESH_MIN_MS, XHC_REFRESH_MAX_MS, &refresh_ms);
+	if (err)
+		return err;
+
+	/* holds from the next frame on */
+	guard(mutex)(&pendant->dro.lock);
+	pendant->dro.refresh_ms = refresh_ms;
+	return count;
+}
+static DEVICE_ATTR_RW(refresh_ms);
+
+static ssize_t flush_store(struct device *dev, struct device_attribute *attr,
+			   const char *buf, size_t count)
+{
+	int err = xhc_dro_flush(dev_get_drvdata(dev));
+
+	return err ?: count;
+}
+static DEVICE_ATTR_WO(flush);
+
+static struct attribute *xhc_dro_attrs[] = {
+	&xhc_attr_work_x.attr.attr,
+	&xhc_attr_work_y.attr.attr,
+	&xhc_attr_work_z.attr.attr,
+	&xhc_attr_machine_x.attr.attr,
+	&xhc_attr_machine_y.attr.attr,
+	&xhc_attr_machine_z.attr.attr,
+	&dev_attr_position.attr,
+	&xhc_attr_feedrate_override.attr.attr,
+	&xhc_attr_spindle_override.attr.attr,
+	&xhc_attr_feedrate.attr.attr,
+	&xhc_attr_spindle_speed.attr.attr,
+	&dev_attr_step.attr,
+	&dev_attr_step_available.attr,
+	&dev_attr_icon.attr,
+	&dev_attr_state.attr,
+	&dev_attr_day.attr,
+	&dev_attr_refresh_ms.attr,
+	&dev_attr_flush.attr,
+	NULL
+};
+
+static const struct attribute_group xhc_dro_group = {
+	.name = "dro",
+	.attrs = xhc_dro_attrs,
+};
+
+static ssize_t stat_show(struct device *dev, struct device_attribute *attr, char *buf)
+{
+	struct xhc_pendant *pendant = dev_get_drvdata(dev);
+
+	return sysfs_emit(buf, "%lld\n", atomic64_read(&pendant->stat[xhc_attr_index(attr)]));
+}
+
+XHC_ATTR_RO(reports, stat_show, XHC_REPORTS);
+XHC_ATTR_RO(bad_reports, stat_show, XHC_BAD_REPORTS);
+XHC_ATTR_RO(xor_mismatches, stat_show, XHC_XOR_MISMATCHES);
+XHC_ATTR_RO(unknown_keys, stat_show, XHC_UNKNOWN_KEYS);
+XHC_ATTR_RO(frames_sent, stat_show, XHC_FRAMES_SENT);
+XHC_ATTR_RO(frame_errors, stat_show, XHC_FRAME_ERRORS);
+
+static struct attribute *xhc_stats_attrs[] = {
+	&xhc_attr_reports.attr.attr,
+	&xhc_attr_bad_reports.attr.attr,
+	&xhc_attr_xor_mismatches.attr.attr,
+	&xhc_attr_unknown_keys.attr.attr,
+	&xhc_attr_frames_sent.attr.attr,
+	&xhc_attr_frame_errors.attr.attr,
+	NULL
+};
+
+static const struct attribute_group xhc_stats_group = {
+	.name = "stats",
+	.attrs = xhc_stats_attrs,
+};
+
+static ssize_t model_show(struct device *dev, struct device_attribute *attr, char *buf)
+{
+	struct xhc_pendant *pendant = dev_get_drvdata(dev);
+
+	return sysfs_emit(buf, "%s\n", pendant->model->name);
+}
+static DEVICE_ATTR_RO(model);
+
+static ssize_t awake_show(struct device *dev, struct device_attribute *attr, char *buf)
+{
+	struct xhc_pendant *pendant = dev_get_drvdata(dev);
+
+	return sysfs_emit(buf, "%d\n", READ_ONCE(pendant->buttons.awake));
+}
+static DEVICE_ATTR_RO(awake);
+
+static struct attribute *xhc_attrs[] = {
+	&dev_attr_model.attr,
+	&dev_attr_awake.attr,
+	NULL
+};
+
+static const struct attribute_group xhc_group = {
+	.attrs = xhc_attrs,
+};
+
+const struct attribute_group *xhc_groups[] = {
+	&xhc_group,
+	&xhc_dro_group,
+	&xhc_stats_group,
+	NULL
+};

@@ -1,0 +1,156 @@
+/* SPDX-License-Identifier: GPL-2.0-only */
+/*
+ * XHC pendant driver: what its files share
+ *
+ *   HID bus -> xhc-core -> xhc-codec -> xhc-input -> evdev
+ *   HID bus <- xhc-core <- xhc-codec <- xhc-dro <- xhc-sysfs <- sysfs
+ *
+ * Only xhc-core knows the bus.
+ */
+#ifndef XHC_H
+#define XHC_H
+
+#include <linux/atomic.h>
+#include <linux/input.h>
+#include <linux/mutex.h>
+#include <linux/spinlock.h>
+#include <linux/wait.h>
+#include <linux/workqueue.h>
+
+#include "xhc-codec.h"
+
+struct attribute_group;
+struct hid_device;
+
+/**
+ * enum xhc_stat - the counters of stats/
+ * @XHC_REPORTS: input reports that came, good and bad
+ * @XHC_BAD_REPORTS: of another size or id, and dropped
+ * @XHC_XOR_MISMATCHES: byte 5 was not the day last sent XOR key 1
+ * @XHC_UNKNOWN_KEYS: key or selector codes that the model does not know, once as they appear
+ * @XHC_FRAMES_SENT: display frames that the pendant has taken
+ * @XHC_FRAME_ERRORS: display frames that it has not taken, or not whole
+ * @XHC_STATS: number of counters
+ */
+enum xhc_stat {
+	XHC_REPORTS,
+	XHC_BAD_REPORTS,
+	XHC_XOR_MISMATCHES,
+	XHC_UNKNOWN_KEYS,
+	XHC_FRAMES_SENT,
+	XHC_FRAME_ERRORS,
+	XHC_STATS
+};
+
+/*
+ * Scan codes of the keymap: 01h..17h are the pendant's keys. The six one-hot buttons of
+ * the selector have 20h + enum xhc_selector, so that they can be remapped as well.
+ */
+#define XHC_SCAN_SELECTOR	0x20
+#define XHC_SCAN_COUNT		(XHC_SCAN_SELECTOR + XHC_SEL_COUNT)
+
+/**
+ * struct xhc_buttons - the evdev side of a pendant
+ * @dev: the input device
+ * @lock: protects @last, @awake and @running, and keeps the events of one report together
+ * @running: false while suspended or going away: reports are not turned into events
+ * @awake: the last report was not the sleep report
+ * @last: what was reported last
+ * @keymap: key code by scan code, changed by the input core under its own lock
+ * @awake_work: tells pollers that @awake has changed; reports come in atomic context
+ */
+struct xhc_buttons {
+	struct input_dev *dev;
+	spinlock_t lock;	/* see above */
+	bool running;
+	bool awake;
+	struct xhc_input last;
+	u16 keymap[XHC_SCAN_COUNT];
+	struct work_struct awake_work;
+};
+
+#define XHC_REFRESH_MIN_MS	10
+#define XHC_REFRESH_MAX_MS	1000
+#define XHC_REFRESH_DEFAULT_MS	50
+
+/**
+ * struct xhc_dro - the display side of a pendant
+ * @lock: protects all up to @flush_result; never held while a frame is on its way
+ * @running: false while suspended or going away: no frame is sent
+ * @changed: @want may differ from what was sent
+ * @want: what users want to see; day 0 stands for the calendar's
+ * @refresh_ms: least time between frames
+ * @next: jiffies before which no frame is due
+ * @flush_wanted: tickets given to those who wait for a frame
+ * @flush_done: the last ticket served
+ * @flush_result: how that frame went: 0 or an error
+ * @flushed: where they wait
+ * @work: the one sender of frames
+ * @report: the worker's buffer for a feature report, fit for DMA
+ * @shown: worker only: payload of the last frame that the pendant has taken
+ * @shown_size: worker only: bytes in @shown; 0 when what the pendant shows is not known
+ * @failing: worker only: the last frame was not taken
+ * @day: day of the last frame that the pendant has taken, read without a lock
+ */
+struct xhc_dro {
+	struct mutex lock;	/* see above */
+	bool running;
+	bool changed;
+	struct xhc_display want;
+	unsigned int refresh_ms;
+	unsigned long next;
+	unsigned long flush_wanted;
+	unsigned long flush_done;
+	int flush_result;
+
+	wait_queue_head_t flushed;
+	struct delayed_work work;
+	u8 *report;
+	u8 shown[XHC_PAYLOAD_MAX];
+	size_t shown_size;
+	bool failing;
+	u8 day;
+};
+
+/**
+ * struct xhc_pendant - a pendant
+ * @hdev: its HID device
+ * @model: what kind of pendant it is
+ * @buttons: keys, selector and wheel
+ * @dro: the display
+ * @stat: counters, by enum xhc_stat
+ */
+struct xhc_pendant {
+	struct hid_device *hdev;
+	const struct xhc_model *model;
+	struct xhc_buttons buttons;
+	struct xhc_dro dro;
+	atomic64_t stat[XHC_STATS];
+};
+
+static inline void xhc_count(struct xhc_pendant *pendant, enum xhc_stat stat)
+{
+	atomic64_inc(&pendant->stat[stat]);
+}
+
+/* xhc-core.c */
+int xhc_send_report(struct xhc_pendant *pendant, u8 report[XHC_CHUNK_SIZE]);
+
+/* xhc-input.c */
+int xhc_input_init(struct xhc_pendant *pendant);
+void xhc_input_report(struct xhc_pendant *pendant, const struct xhc_input *in);
+void xhc_input_start(struct xhc_pendant *pendant);
+void xhc_input_stop(struct xhc_pendant *pendant);
+
+/* xhc-dro.c */
+int xhc_dro_init(struct xhc_pendant *pendant);
+void xhc_dro_start(struct xhc_pendant *pendant);
+void xhc_dro_stop(struct xhc_pendant *pendant);
+void xhc_dro_changed(struct xhc_pendant *pendant);
+int xhc_dro_flush(struct xhc_pendant *pendant);
+u8 xhc_dro_day(struct xhc_pendant *pendant);
+
+/* xhc-sysfs.c */
+extern const struct attribute_group *xhc_groups[];
+
+#endif /* XHC_H */
