@@ -14,7 +14,7 @@ UDEVDIR ?= /usr/lib/udev
 SRCDIR := /usr/src/$(NAME)-$(VERSION)
 
 # A kernel built by clang wants its modules built by clang; dkms may have passed LLVM itself
-ifneq ($(shell grep -qs '^CONFIG_CC_IS_CLANG=y' $(KDIR)/include/config/auto.conf $(KDIR)/.config && echo y),)
+ifneq ($(shell grep -hs '^CONFIG_CC_IS_CLANG=y' $(KDIR)/include/config/auto.conf),)
 LLVM ?= 1
 export LLVM
 endif

@@ -174,7 +174,8 @@ class Suite:
 
     def demand(self, least):
         if len(self.cases) < least:
-            self.faults.append(f'suite {self.name}: {len(self.cases)} cases, at least {least} wanted')
+            self.faults.append(
+                f'suite {self.name}: {len(self.cases)} cases, at least {least} wanted')
 
 
 def read_suites(out, wanted):

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: GPL-2.0-only
+/* A suite in which nobody put a case. */
+#include <kunit/test.h>
+#include <linux/module.h>
+
+static struct kunit_case cases[] = {
+	{}
+};
+
+static struct kunit_suite suite = {
+	.name = "planted_no_cases",
+	.test_cases = cases,
+};
+
+kunit_test_suite(suite);
+
+MODULE_DESCRIPTION("a suite without a case");
+MODULE_LICENSE("GPL");
