@@ -11,6 +11,7 @@
 #include <linux/hid.h>
 #include <linux/module.h>
 #include <linux/pm.h>
+#include <linux/suspend.h>
 
 #include "xhc.h"
 
@@ -81,6 +82,31 @@ static int xhc_check_reports(struct hid_device *hdev)
 	return -ENODEV;
 }
 
+/*
+ * The input core lets keys go by itself when the system suspends, and it does so before the
+ * HID device's turn comes; of the selector it knows nothing. So all is let go here, at once,
+ * while programs still run and can see it. xhc_resume() lets reports through again, or this
+ * does when the suspend was called off before it came to the pendant.
+ */
+static int xhc_pm_notify(struct notifier_block *pm, unsigned long event, void *unused)
+{
+	struct xhc_pendant *pendant = container_of(pm, struct xhc_pendant, pm);
+
+	switch (event) {
+	case PM_SUSPEND_PREPARE:
+	case PM_HIBERNATION_PREPARE:
+	case PM_RESTORE_PREPARE:
+		xhc_input_stop(pendant);
+		break;
+	case PM_POST_SUSPEND:
+	case PM_POST_HIBERNATION:
+	case PM_POST_RESTORE:
+		xhc_input_start(pendant);
+		break;
+	}
+	return NOTIFY_DONE;
+}
+
 static int xhc_probe(struct hid_device *hdev, const struct hid_device_id *id)
 {
 	struct xhc_pendant *pendant;
@@ -120,11 +146,18 @@ static int xhc_probe(struct hid_device *hdev, const struct hid_device_id *id)
 	if (err)
 		goto power;
 
+	pendant->pm.notifier_call = xhc_pm_notify;
+	err = register_pm_notifier(&pendant->pm);
+	if (err)
+		goto close;
+
 	xhc_input_start(pendant);
 	xhc_dro_start(pendant);
 	hid_info(hdev, "XHC %s pendant\n", pendant->model->name);
 	return 0;
 
+close:
+	hid_hw_close(hdev);
 power:
 	hid_hw_power(hdev, PM_HINT_NORMAL);
 stop:
@@ -136,6 +169,7 @@ static void xhc_remove(struct hid_device *hdev)
 {
 	struct xhc_pendant *pendant = hid_get_drvdata(hdev);
 
+	unregister_pm_notifier(&pendant->pm);
 	/* no report comes while the HID core removes; the attributes are gone already */
 	xhc_input_stop(pendant);
 	xhc_dro_stop(pendant);

@@ -13,6 +13,7 @@
 #include <linux/atomic.h>
 #include <linux/input.h>
 #include <linux/mutex.h>
+#include <linux/notifier.h>
 #include <linux/spinlock.h>
 #include <linux/wait.h>
 #include <linux/workqueue.h>
@@ -118,6 +119,7 @@ struct xhc_dro {
  * @model: what kind of pendant it is
  * @buttons: keys, selector and wheel
  * @dro: the display
+ * @pm: hears of a system suspend before any device does
  * @stat: counters, by enum xhc_stat
  */
 struct xhc_pendant {
@@ -125,6 +127,7 @@ struct xhc_pendant {
 	const struct xhc_model *model;
 	struct xhc_buttons buttons;
 	struct xhc_dro dro;
+	struct notifier_block pm;
 	atomic64_t stat[XHC_STATS];
 };
 
