@@ -1,0 +1,11 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""xhc-sim: virtual XHC HB03 and HB04 pendants.
+
+models    what differs between the models
+lcd       display chunks -> frame -> what the LCD shows
+pendant   keys, selector, wheel, sleep -> input reports
+uhid      the pendant as a HID device of /dev/uhid
+usb       the pendant as a USB device on vhci_hcd
+"""
+
+VERSION = '0.1.0'

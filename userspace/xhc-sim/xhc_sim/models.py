@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""What differs between the pendant models: one table.
+
+Key codes, selector codes and the display frame's layout come from the seed document "XHC xHB03 &
+xHB04 internals"; the report descriptor, the USB descriptors and the meaning of the selector codes
+14h and 15h come from the project's protocol rulings.  Nothing here is shared with the driver.
+"""
+
+VENDOR = 0x10CE
+MANUFACTURER = 'KTURT.LTD'
+
+INPUT_ID = 0x04             # input report: id, key, key, selector, wheel, day xor first key
+INPUT_SIZE = 6
+FEATURE_ID = 0x06           # feature report: id and one chunk of the display frame
+CHUNK_SIZE = 7
+
+# Two application collections on a vendor page: input report 4 with five data bytes, feature
+# report 6 with seven.
+REPORT_DESCRIPTOR = bytes.fromhex(
+    '06 00 FF 09 01 A1 01 85 04 09 01 15 00 26 FF 00 95 05 75 08 81 02 C0'
+    '06 00 FF 09 01 A1 01 85 06 09 01 15 00 26 FF 00 95 07 75 08 B1 06 C0')
+
+KEYS_HB03 = {
+    0x17: 'Yes', 0x16: 'No', 0x01: 'Stop', 0x02: 'Start/Pause', 0x03: 'Rewind', 0x04: 'Probe-Z',
+    0x0C: 'Goto zero', 0x06: 'X/2=', 0x07: 'Y/2=', 0x08: 'Safe-Z', 0x09: 'X=0', 0x0A: 'Y=0',
+    0x0B: 'Z=0', 0x05: 'Goto home', 0x0D: 'Step left', 0x0E: 'Step right', 0x0F: 'Fine xyz',
+    0x10: 'Spindle',
+}
+KEYS_HB04 = {
+    0x17: 'Reset', 0x16: 'Stop', 0x01: 'Goto zero', 0x02: 'Start/Pause', 0x03: 'Rewind',
+    0x04: 'Probe-Z', 0x0C: 'Spindle', 0x06: '1/2=', 0x07: '0=', 0x08: 'Safe-Z',
+    0x09: 'Goto home', 0x0A: 'Macro 1', 0x0B: 'Macro 2', 0x05: 'Macro 3', 0x0D: 'STEP++',
+    0x0E: 'MPG/MODE', 0x0F: 'Macro 6', 0x10: 'Macro 7',
+}
+
+# The rotary switch.  Order: as it is turned clockwise from "off".
+SELECTOR_HB03 = {
+    'off': 0x00, 'x': 0x11, 'y': 0x12, 'z': 0x13, 'feed': 0x14, 'spindle': 0x15, 'speed': 0x18,
+}
+SELECTOR_HB04 = {
+    'off': 0x00, 'x': 0x11, 'y': 0x12, 'z': 0x13, 'a': 0x18, 'spindle': 0x14, 'feed': 0x15,
+}
+
+# Low nibble of the step byte -> multiplier.  0Bh exists on the HB04, its meaning is unknown.
+STEPS = {0x0: 0, 0x1: 1, 0x2: 5, 0x3: 10, 0x4: 20, 0x5: 30, 0x6: 40, 0x7: 50, 0x8: 100,
+         0x9: 500, 0xA: 1000}
+
+
+class Model:
+    """One row: everything in which the models differ."""
+
+    def __init__(self, name, product, frame_size, decimals, keys, selector, states):
+        self.name = name
+        self.product = product
+        self.frame_size = frame_size            # bytes of a display frame
+        self.chunks = -(-frame_size // CHUNK_SIZE)
+        self.decimals = decimals                # digits after the point on the LCD
+        self.fraction_size = 1 if decimals == 2 else 2
+        self.keys = keys                        # scan code -> keycap
+        self.selector = selector                # position -> code
+        self.states = states                    # bit of the state byte -> word on the LCD
+        self.report_descriptor = REPORT_DESCRIPTOR
+
+    def key_code(self, text):
+        """Scan code for a keycap ("Start/Pause", any case) or a number; ValueError if neither."""
+        wanted = text.strip().lower()
+        for code, name in self.keys.items():
+            if name.lower() == wanted:
+                return code
+        return _byte(text, 'key')
+
+    def selector_code(self, text):
+        """Code for a selector position or a number; ValueError if neither."""
+        wanted = text.strip().lower()
+        if wanted in self.selector:
+            return self.selector[wanted]
+        return _byte(text, 'selector position')
+
+    def selector_name(self, code):
+        for name, known in self.selector.items():
+            if known == code:
+                return name
+        return '0x%02x' % code
+
+
+def _byte(text, what):
+    try:
+        value = int(text, 0)
+    except ValueError:
+        raise ValueError('unknown %s: %s' % (what, text)) from None
+    if not 0 <= value <= 255:
+        raise ValueError('%s out of range: %s' % (what, text))
+    return value
+
+
+MODELS = {
+    'HB03': Model('HB03', 0xEB6E, 31, 2, KEYS_HB03, SELECTOR_HB03, {0x01: 'run', 0x02: 'pause'}),
+    'HB04': Model('HB04', 0xEB70, 37, 4, KEYS_HB04, SELECTOR_HB04,
+                  {0x01: 'run', 0x02: 'pause', 0x80: 'inch'}),
+}
+
+
+def get_model(name):
+    """A Model by name, any case; ValueError if there is none."""
+    try:
+        return MODELS[name.upper()]
+    except KeyError:
+        raise ValueError('unknown model: %s (there are: %s)'
+                         % (name, ' '.join(MODELS))) from None
