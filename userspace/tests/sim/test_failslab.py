@@ -1,0 +1,300 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""Each allocation fails once: on the way through probe, a write to dro/, and insmod.
+
+/proc/self/task/*/fail-nth lets the n-th allocation of this thread fail.  For n = 1, 2, 3, ...
+until there is no n-th one any more, the call either works or fails cleanly; KASAN, lockdep and
+kmemleak watch, and in the end all works as before.
+"""
+
+import errno
+import functools
+import os
+import sys
+import threading
+
+import rig
+import runner
+from hid_gadget import HidGadgetPendant
+from rig import Case, pressed, read_file, released, write_file
+from xhc_sim import find
+from xhc_sim.uhid import UhidPendant
+
+FAILSLAB = '/sys/kernel/debug/failslab/'
+ENOUGH = 5000               # nothing here allocates more often than that
+ALL_CODE = (0, (1 << 64) - 1)
+
+
+def setup_failslab(start=ALL_CODE[0], end=ALL_CODE[1]):
+    """start, end: only allocations whose call path goes through this piece of code may fail.
+
+    Never those of vmalloc(), which prints a call trace when it fails.
+    """
+    spared = function_range('__vmalloc_node_range_noprof')
+    for name, value in (('probability', '0'), ('ignore-gfp-wait', 'N'), ('verbose', '0'),
+                        ('times', '-1'), ('stacktrace-depth', '32'),
+                        ('require-start', '%#x' % start), ('require-end', '%#x' % end),
+                        ('reject-start', '%#x' % spared[0]), ('reject-end', '%#x' % spared[1])):
+        write_file(FAILSLAB + name, value)
+
+
+@functools.cache
+def function_range(name):
+    """-> (start, end) of a function of the kernel"""
+    with open('/proc/kallsyms', encoding='ascii') as symbols:
+        rows = sorted((int(row[0], 16), row[2]) for row in map(str.split, symbols)
+                      if len(row) == 3 and row[1] in 'tT')
+    start = next(address for address, symbol in rows if symbol == name)
+    return start, next(address for address, _ in rows if address > start)
+
+
+class FailNth:
+    """with FailNth(n) as fault: ... ; then fault.struck tells whether there was an n-th one."""
+
+    def __init__(self, number):
+        self.number = number
+        self.struck = False
+        self.fd = os.open('/proc/self/task/%d/fail-nth' % threading.get_native_id(), os.O_RDWR)
+
+    def __enter__(self):
+        os.pwrite(self.fd, b'%d' % self.number, 0)
+        return self
+
+    def __exit__(self, *_):
+        left = os.pread(self.fd, 32, 0).split()[0].rstrip(b'\0')
+        os.pwrite(self.fd, b'0', 0)
+        os.close(self.fd)
+        self.struck = left == b'0'
+
+
+def walk(attempt, after):
+    """attempt() under each fault in turn, after(error or None) behind each.
+
+    -> (number of allocations that failed, {error: how often})
+    """
+    outcomes = {}
+    for number in range(1, ENOUGH):
+        fault, failure = FailNth(number), None
+        with fault:
+            try:
+                attempt()
+            except OSError as error:
+                failure = error
+        name = errno.errorcode[failure.errno] if failure else 'ok'
+        if fault.struck:
+            outcomes[name] = outcomes.get(name, 0) + 1
+        after(failure)
+        if not fault.struck:
+            return number - 1, outcomes
+    raise AssertionError('no end after %d allocations' % ENOUGH)
+
+
+class FaultCase(Case):
+    def plug_gadget(self, model='HB04'):
+        """On USB by dummy_hcd and f_hid, which bear a want of memory.  vhci_hcd drops a URB for
+        which it has none, so that its owner waits for ever; raw_gadget goes out of service."""
+        return self.plug_rig(rig.Rig(device=HidGadgetPendant(model)))
+
+
+class Walk(FaultCase):
+    def setUp(self):
+        super().setUp()
+        setup_failslab()
+
+    def report(self, what, count, outcomes):
+        print('    %s: %d allocations failed: %s' % (what, count, ', '.join(
+            '%s %d' % item for item in sorted(outcomes.items()))))
+
+    def works(self, pendant):
+        pendant.settle()
+        pendant.look_again()
+        pendant.report(1)
+        self.assertPacket(pendant, pressed(1))
+        pendant.asleep()
+        pendant.packet()
+        pendant.set('work_x', '1.5')
+        self.assertEqual(float(pendant.flush()['work_x']), 1.5)
+
+    def bind_walk(self, pendant, least):
+        """The probe runs in the thread that writes to bind."""
+        pendant.eyes.close()
+        pendant.eyes = None
+        pendant.unbind()
+        bound = []
+
+        def after(failure):
+            has_driver = find.driver(pendant.path) == 'hid-xhc'
+            self.assertEqual(has_driver, failure is None, failure)
+            self.assertEqual(os.path.exists(pendant.path + '/dro'), has_driver)
+            if has_driver:
+                bound.append(True)
+                pendant.unbind()
+
+        count, outcomes = walk(pendant.bind, after)
+        self.report('bind', count, outcomes)
+        self.assertGreater(count, least)
+        self.assertGreater(outcomes.get('ENOMEM', 0), 10)
+        self.assertTrue(bound)
+        pendant.bind()
+        self.assertTrue(find.wait(pendant._nodes))
+        pendant.eyes = rig.Eyes(pendant.event_node)
+        self.works(pendant)
+
+    def test_probe_uhid(self):
+        self.bind_walk(self.plug('HB04'), 40)
+
+    def test_probe_usb(self):
+        self.bind_walk(self.plug_gadget('HB03'), 40)
+
+    def test_create_uhid(self):
+        """UHID_CREATE2 itself; the probe of this device then runs elsewhere, undisturbed."""
+        device = UhidPendant('HB04')
+        event, fds = device.create_event(), []
+
+        def attempt():
+            os.write(fds[-1], event)
+
+        def after(failure):
+            os.close(fds.pop())
+            find.wait(lambda: find.hid_directory(device.phys) is None)
+            fds.append(os.open('/dev/uhid', os.O_RDWR))
+
+        fds.append(os.open('/dev/uhid', os.O_RDWR))
+        count, outcomes = walk(attempt, after)
+        os.close(fds.pop())
+        self.report('create', count, outcomes)
+        self.assertGreater(count, 2)
+        self.works(self.plug())
+
+    def test_unbind(self):
+        """Going away must not need memory."""
+        pendant = self.plug()
+        pendant.eyes.close()
+        pendant.eyes = None
+
+        def after(failure):
+            if failure is None:
+                self.assertFalse(os.path.exists(pendant.path + '/dro'))
+                pendant.bind()
+
+        count, outcomes = walk(pendant.unbind, after)
+        self.report('unbind', count, outcomes)
+        find.wait(pendant._nodes)
+        pendant.eyes = rig.Eyes(pendant.event_node)
+        self.works(pendant)
+
+    def test_write(self):
+        """A write that fails changes nothing."""
+        pendant = self.plug()
+        values = {'position': ('1 2 3 4 5 6', '6 5 4 3 2 1'), 'work_x': ('7', '8'),
+                  'feedrate': ('1', '2'), 'step': ('1', '5'), 'icon': ('1', '2'),
+                  'state': ('run', 'pause'), 'day': ('1', '2'), 'refresh_ms': ('20', '30')}
+        total = 0
+        for name, (old, new) in values.items():
+            pendant.set(name, old)
+
+            def after(failure, name=name, old=old, new=new):
+                self.assertEqual(pendant.get(name), old if failure else new)
+                pendant.set(name, old)
+
+            path = pendant.file(name)
+            count, outcomes = walk(lambda path=path, new=new: write_file(path, new), after)
+            self.report(name, count, outcomes)
+            total += count
+        self.assertGreater(total, len(values))
+        self.works(pendant)
+
+    def test_read(self):
+        pendant = self.plug()
+        for name in ('position', 'state', 'step_available', 'reports', 'awake'):
+            good, path = pendant.get(name), pendant.file(name)
+            walk(lambda path=path: read_file(path),
+                 lambda failure, name=name, good=good: self.assertEqual(pendant.get(name), good))
+
+    def test_flush(self):
+        pendant = self.plug()
+        path = pendant.file('flush')
+        count, outcomes = walk(lambda: write_file(path, '1'), lambda failure: None)
+        self.report('flush', count, outcomes)
+        self.works(pendant)
+
+    def test_insmod(self):
+        """With a pendant there, so that the module's init also probes.
+
+        Only what init does may fail: in load_module(), before it, the kernel warns when there is
+        no memory for a tracepoint's description.
+        """
+        rig.unload()
+        device = UhidPendant('HB04')
+        device.plug()
+        self.addCleanup(device.unplug)
+        path = find.wait(lambda: find.hid_directory(device.phys))
+        self.assertTrue(find.wait(lambda: find.driver(path)))
+
+        def after(failure):
+            self.assertEqual(rig.loaded(), failure is None, failure)
+            if failure is None:
+                rig.unload()
+
+        setup_failslab(*function_range('do_init_module'))
+        count, outcomes = walk(rig.load, after)
+        setup_failslab()
+        self.report('insmod', count, outcomes)
+        self.assertGreater(count, 100)
+        rig.load()
+        self.assertTrue(find.wait(lambda: find.driver(path) == 'hid-xhc'))
+
+    def test_open_and_ioctl(self):
+        pendant = self.plug()
+
+        def attempt():
+            os.close(os.open(pendant.event_node, os.O_RDONLY))
+            os.close(os.open(pendant.hidraw_node, os.O_RDWR))
+
+        walk(attempt, lambda failure: None)
+        self.works(pendant)
+
+
+class Worker(FaultCase):
+    """Allocations beneath the driver's own code fail at random, in whatever thread."""
+
+    def setUp(self):
+        super().setUp()
+        self.addCleanup(setup_failslab)
+
+    @staticmethod
+    def driver_range():
+        start = int(read_file('/sys/module/hid_xhc/sections/.text'), 16)
+        return start, start + int(read_file('/sys/module/hid_xhc/coresize'))
+
+    def frames(self, pendant):
+        setup_failslab(*self.driver_range())
+        write_file(FAILSLAB + 'probability', '5')
+        results = [pendant.set_error('flush', '1') for _ in range(60)]
+        setup_failslab()
+        failed = len(results) - results.count(None)
+        print('    %d of %d frames failed' % (failed, len(results)))
+        self.assertGreater(failed, 5)
+        self.assertGreater(results.count(None), 1)
+        self.assertGreaterEqual(pendant.stat('frame_errors'), failed)
+        pendant.set('work_x', '1')
+        self.assertEqual(pendant.flush()['work_x'], '1.0000')
+
+    def test_frames_uhid(self):
+        self.frames(self.plug())
+
+    def test_frames_usb(self):
+        self.frames(self.plug_gadget())
+
+    def test_events(self):
+        """Reports need no memory."""
+        pendant = self.plug()
+        setup_failslab(*self.driver_range())
+        write_file(FAILSLAB + 'probability', '100')
+        for code in range(1, 0x18):
+            pendant.report(code)
+            self.assertPacket(pendant, (released(code - 1) if code > 1 else []) + pressed(code))
+        setup_failslab()
+
+
+if __name__ == '__main__':
+    sys.exit(runner.main())

@@ -1,0 +1,232 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""Plugging and unplugging at any instant, hundreds of times, with everything in flight.
+
+What is looked for is in the verdict: no report of KASAN, lockdep or any other checker, no leak.
+The tests themselves only make sure that things did happen.
+"""
+
+import glob
+import os
+import random
+import sys
+import threading
+import time
+
+import rig
+import runner
+from raw_gadget import GadgetPendant
+from rig import Case
+from xhc_sim import find
+from xhc_sim.models import MODELS
+from xhc_sim.uhid import UhidPendant
+from xhc_sim.usb import UsbPendant
+
+HID_GLOB = '/sys/bus/hid/devices/0003:10CE:EB*'
+WRITES = (('work_x', '-220.334'), ('work_x', '1'), ('position', '1 2 3 4 5 6'), ('state', 'run'),
+          ('state', 'idle'), ('feedrate', '1000'), ('step', '100'), ('step', '1'), ('icon', '3'),
+          ('day', '5'), ('day', 'auto'), ('refresh_ms', '10'), ('flush', '1'))
+PAUSE = 0.004               # seconds between two doings of a thread: there is one processor only
+READS = ('dro/position', 'dro/state', 'stats/reports', 'awake', 'model')
+
+
+class Crowd:
+    """Threads that use whatever pendant there is, from all sides, until told to stop."""
+
+    def __init__(self, seed):
+        self.dice = random.Random(seed)
+        self.stop = threading.Event()
+        self.counts = dict.fromkeys(('writes', 'reads', 'events', 'nodes'), 0)
+        self.threads = [threading.Thread(target=self._run, args=(work,), daemon=True)
+                        for work in (self._write, self._read, self._listen)]
+
+    def __enter__(self):
+        for thread in self.threads:
+            thread.start()
+        return self
+
+    def __exit__(self, *_):
+        self.stop.set()
+        for thread in self.threads:
+            thread.join(30)
+
+    def _run(self, work):
+        while not self.stop.is_set():
+            pendants = glob.glob(HID_GLOB)
+            if pendants:
+                try:
+                    work(self.dice.choice(pendants))
+                except OSError:
+                    pass                    # gone: that is what this is about
+            time.sleep(0.004)
+
+    def _write(self, path):
+        name, text = self.dice.choice(WRITES)
+        rig.write_file('%s/dro/%s' % (path, name), text)
+        self.counts['writes'] += 1
+
+    def _read(self, path):
+        rig.read_file('%s/%s' % (path, self.dice.choice(READS)))
+        self.counts['reads'] += 1
+
+    def _listen(self, path):
+        event, raw = find.nodes(path)
+        opened = []
+        try:
+            for node in (event, raw):
+                if node:
+                    opened.append(os.open(node, os.O_RDONLY | os.O_NONBLOCK))
+                    self.counts['nodes'] += 1
+            for _ in range(10):
+                self.counts['events'] += len(os.read(opened[0], 24 * 64)) // 24
+                time.sleep(PAUSE)
+        except IndexError:
+            pass
+        finally:
+            for fd in opened:
+                os.close(fd)
+
+
+def shake(device, dice, seconds):
+    """Sends reports until the time is up or the device is gone."""
+    end = time.monotonic() + seconds
+    while device.plugged and time.monotonic() < end:
+        try:
+            device.report(bytes([4, dice.randrange(0x1A), dice.randrange(0x1A),
+                                 dice.choice([0, 0x11, 0x12, 0x14, 0x18, 0x33]),
+                                 dice.randrange(256), dice.randrange(256)]))
+        except OSError:
+            return
+        time.sleep(0.002)
+
+
+FAULTS = ('none', 'none', 'none', 'stall', 'timeout', 'slow:5', 'unplug')
+
+
+class Storm(Case):
+    def cycles(self, make, seed, number, longest):
+        """Plugs make() in and out `number` times; -> frames that came"""
+        dice, frames = random.Random(seed), 0
+        for _ in range(number):
+            device = make(dice)
+            device.set_fault(dice.choice(FAULTS), skip=dice.randrange(14))
+            device.plug()
+            if dice.random() < 0.5:             # half of them live to show a frame
+                device.wait_for(lambda: device.frame_count or not device.plugged, 1)
+            shake(device, dice, dice.random() * longest)
+            dice.choice([device.unplug, device.detach, getattr(device, 'crash', device.unplug)])()
+            frames += device.frame_count
+        return frames
+
+    def calm(self):
+        """Afterwards all is as before: no device is left, and a new pendant works."""
+        self.assertTrue(find.wait(lambda: not glob.glob(HID_GLOB), 30))
+        pendant = self.plug()
+        pendant.report(1)
+        self.assertPacket(pendant, rig.pressed(1))
+        pendant.set('work_x', '1')
+        self.assertEqual(pendant.flush()['work_x'], '1.0000')
+        pendant.unplug()
+
+    def storm(self, make, threads, number, longest, seed):
+        frames = []
+        with Crowd(seed) as crowd:
+            workers = [threading.Thread(target=lambda n=n: frames.append(
+                self.cycles(make, seed + n, number, longest))) for n in range(threads)]
+            for worker in workers:
+                worker.start()
+            for worker in workers:
+                worker.join()
+        self.assertEqual(len(frames), threads)
+        print('    %d cycles: %d frames, %s' % (threads * number, sum(frames), ', '.join(
+            '%d %s' % (count, what) for what, count in crowd.counts.items())))
+        for what, count in crowd.counts.items():
+            self.assertGreater(count, 20, what)
+        self.assertGreater(sum(frames), 20)
+        self.calm()
+
+    def test_uhid_one_after_the_other(self):
+        self.storm(lambda dice: UhidPendant(dice.choice(list(MODELS))), 1, 300, 0.06, 100)
+
+    def test_uhid_four_at_once(self):
+        self.storm(lambda dice: UhidPendant(dice.choice(list(MODELS))), 4, 75, 0.10, 200)
+
+    def test_usb(self):
+        self.storm(lambda dice: UsbPendant(dice.choice(list(MODELS))), 2, 60, 0.3, 300)
+
+    def test_raw_gadget(self):
+        def make(dice):
+            device = GadgetPendant(dice.choice(list(MODELS)))
+            device.set_fault = lambda *_, **__: None        # it answers or is gone
+            return device
+        with Crowd(400) as crowd:
+            dice, frames = random.Random(400), 0
+            for _ in range(25):
+                device = make(dice)
+                device.plug()
+                if device.configured.wait(5):
+                    # report() waits for the host: it must not hang when the cable goes
+                    for _ in range(dice.randrange(20)):
+                        device.report(bytes([4, 1, 0, 0x11, 1, 0]))
+                    if dice.random() < 0.7:
+                        device.wait_frames(1, 3)
+                    time.sleep(dice.random() * 0.1)
+                frames += device.frame_count
+                device.unplug()
+        self.assertGreater(frames, 5)
+        self.assertGreater(crowd.counts['writes'], 20)
+        self.calm()
+
+
+class Driver(Case):
+    """The driver comes and goes, the pendant stays."""
+
+    def around(self, go, come, number, seed):
+        pendant = self.plug()
+        name = os.path.basename(pendant.path)
+        stop, dice = threading.Event(), random.Random(seed)
+
+        def shake_on():
+            while not stop.is_set():
+                shake(pendant.device, dice, 0.1)
+
+        shaker = threading.Thread(target=shake_on)
+        shaker.start()
+        try:
+            with Crowd(seed) as crowd:
+                for _ in range(number):
+                    time.sleep(dice.random() * 0.03)
+                    go(name)
+                    come(name)
+        finally:
+            stop.set()
+            shaker.join(10)
+        self.assertGreater(crowd.counts['writes'], 20)
+        self.assertTrue(find.wait(lambda: os.path.exists(pendant.path + '/dro')))
+        self.assertGreater(pendant.device.frame_count, 20)
+        pendant.asleep()
+        pendant.set('work_y', '1')
+        self.assertEqual(pendant.flush()['work_y'], '1.0000')
+        pendant.unplug()
+
+    def test_bound_and_unbound(self):
+        self.around(lambda name: rig.write_file(rig.DRIVER_DIR + '/unbind', name),
+                    lambda name: rig.write_file(rig.DRIVER_DIR + '/bind', name), 150, 500)
+
+    def test_loaded_and_unloaded(self):
+        self.around(lambda _: self.unload(), lambda _: rig.load(), 50, 600)
+
+    @staticmethod
+    def unload():
+        """Readers may hold the module for a moment."""
+        def once():
+            try:
+                rig.unload()
+                return True
+            except OSError:
+                return False
+        if not find.wait(once, 10):
+            raise AssertionError('the module does not unload')
+
+
+if __name__ == '__main__':
+    sys.exit(runner.main())

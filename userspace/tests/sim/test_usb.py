@@ -1,0 +1,330 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""The pendant on USB (vhci_hcd): real enumeration, real usbhid, every control transfer seen."""
+
+import fcntl
+import os
+import struct
+import sys
+import threading
+import time
+
+import rig
+import runner
+from descriptors import REFUSED
+from rig import Case, pressed, read_file, released, selected, turned
+from xhc_sim import find
+from xhc_sim.lcd import COORDINATES
+from xhc_sim.models import MODELS
+from xhc_sim.usb import UsbPendant
+
+SET_REPORT = (0x21, 0x09)
+
+
+def usb_device(path):
+    """The USB device's directory that belongs to a HID device's."""
+    return os.path.dirname(os.path.dirname(path))
+
+
+class Identity(Case):
+    def test_both_models(self):
+        for model in MODELS.values():
+            with self.subTest(model.name):
+                pendant = self.plug_usb(model.name)
+                device = usb_device(pendant.path)
+                for name, text in (('idVendor', '10ce'), ('idProduct', '%04x' % model.product),
+                                   ('speed', '12'), ('manufacturer', 'KTURT.LTD'),
+                                   ('bNumInterfaces', ' 1'), ('bNumConfigurations', '1')):
+                    self.assertEqual(read_file(os.path.join(device, name)), text + '\n')
+                for name in ('product', 'serial'):
+                    self.assertFalse(os.path.exists(os.path.join(device, name)))
+                self.assertEqual(pendant.eyes.device.name, 'XHC %s Pendant' % model.name)
+                self.assertEqual(pendant.eyes.device.phys, pendant.device.phys)
+                pendant.unplug()
+
+    def test_endpoint(self):
+        pendant = self.plug_usb()
+        interface = os.path.dirname(pendant.path)
+        endpoints = [name for name in os.listdir(interface) if name.startswith('ep_')]
+        self.assertEqual(endpoints, ['ep_81'])
+        for name, text in (('wMaxPacketSize', '0040'), ('type', 'Interrupt'),
+                           ('bInterval', '02')):
+            self.assertEqual(read_file(os.path.join(interface, 'ep_81', name)), text + '\n')
+
+    def test_modalias(self):
+        pendant = self.plug_usb()
+        self.assertEqual(read_file(pendant.path + '/modalias'),
+                         'hid:b0003g0001v000010CEp0000EB70\n')
+
+
+class Events(Case):
+    def test_reports(self):
+        pendant = self.plug_usb()
+        pendant.report(1, 2, 0x11, -3)
+        self.assertPacket(pendant, selected(0, 1) + pressed(1) + pressed(2) + turned(-3))
+        pendant.asleep()
+        self.assertPacket(pendant, selected(1, 0) + released(1) + released(2))
+
+    def test_reports_in_a_row(self):
+        pendant = self.plug_usb()
+        for number in range(300):
+            pendant.report(wheel=1 + number % 10)
+            self.assertPacket(pendant, turned(1 + number % 10))
+
+    def test_wrong_length(self):
+        pendant = self.plug_usb()
+        for size in (1, 2, 3, 4, 5):        # usbhid itself asks for no more than six bytes
+            pendant.device.report(bytes([4, 1, 2, 0x11, 5])[:size])
+        pendant.device.report(b'')
+        self.assertSilent(pendant)
+        pendant.report(3)
+        self.assertPacket(pendant, pressed(3))
+        self.assertEqual(pendant.stat('bad_reports'), 5)
+
+
+class Display(Case):
+    def test_wire(self):
+        """Six requests, in order, each as the protocol has it."""
+        for model in MODELS.values():
+            pendant = self.plug_usb(model.name)
+            pendant.set('position', '1 2 3 4 5 6')
+            pendant.settle()
+            known = len(pendant.device.set_reports)
+            pendant.flush()
+            sent = list(pendant.device.set_reports)[known:]
+            self.assertEqual([(r.wvalue, r.windex, len(r.data), r.data[0]) for r in sent],
+                             [(0x0306, 0, 8, 6)] * model.chunks)
+            frame = b''.join(r.data[1:] for r in sent)
+            self.assertEqual(frame[:2], b'\xfe\xfd')
+            self.assertEqual(frame[2], time.gmtime().tm_mday)
+            self.assertEqual(frame[3:5], b'\x01\x00')
+            self.assertFalse(any(frame[model.frame_size:]))
+            setups = [s for s in pendant.device.requests if (s[0], s[1]) == SET_REPORT]
+            self.assertEqual({s[2:] for s in setups}, {bytes.fromhex('0603 0000 0800')})
+            pendant.unplug()
+
+    def test_lcd(self):
+        pendant = self.plug_usb()
+        pendant.set('position', '135.17 -77.89 -0.5 -220.334 0 65535.9999')
+        pendant.set('state', 'run+inch')
+        shown = pendant.flush()
+        self.assertEqual([shown[name] for name in COORDINATES],
+                         ['135.1700', '-77.8900', '-0.5000', '-220.3340', '0.0000', '65535.9999'])
+        self.assertEqual((shown['state'], shown['faults']), ('run+inch', []))
+
+    def test_interface_other_than_0(self):
+        """wIndex is the number of the HID interface."""
+        device = UsbPendant('HB04')
+        config = device.descriptors['config']
+        vendor = bytes([9, 4, 0, 0, 0, 0xFF, 0, 0, 0])
+        hid = bytearray(config[9:])
+        hid[2] = 1
+        body = vendor + bytes(hid)
+        device.descriptors['config'] = struct.pack('<BBHBBBBB', 9, 2, 9 + len(body), 2, 1, 0,
+                                                   0x80, 50) + body
+        device.interface = 1
+        pendant = self.plug_rig(rig.Rig(device=device))
+        self.assertEqual({r.windex for r in device.set_reports}, {1})
+        pendant.report(1)
+        self.assertPacket(pendant, pressed(1))
+
+    def test_stall(self):
+        pendant = self.plug_usb()
+        pendant.settle()
+        for skip in range(6):
+            with self.subTest(skip=skip):
+                pendant.device.set_fault('stall', skip=skip, count=1)
+                self.assertEqual(pendant.set_error('flush', '1'), 'EPIPE')
+        self.assertEqual(pendant.stat('frame_errors'), 6)
+        pendant.set('work_x', '1')
+        self.assertTrue(pendant.shows('work_x', '1.0000'))
+
+    def test_no_answer(self):
+        pendant = self.plug_usb()
+        pendant.settle()
+        pendant.device.set_fault('timeout', count=1)
+        start = time.monotonic()
+        self.assertEqual(pendant.set_error('flush', '1'), 'ETIMEDOUT')
+        self.assertLess(time.monotonic() - start, 7)
+        self.assertIsNone(pendant.set_error('flush', '1'))
+
+    def test_slow(self):
+        pendant = self.plug_usb()
+        pendant.settle()
+        pendant.device.fault = 'slow:100'
+        start = time.monotonic()
+        pendant.flush()
+        self.assertGreater(time.monotonic() - start, 0.55)
+
+    def test_no_answer_blocks_no_writer_and_no_event(self):
+        pendant = self.plug_usb()
+        pendant.settle()
+        pendant.device.fault = 'timeout'
+        pendant.set('work_x', '1')
+        start = time.monotonic()
+        for number in range(1, 20):
+            pendant.set('work_y', str(number))
+            pendant.report(wheel=number)
+            self.assertPacket(pendant, turned(number))
+        self.assertLess(time.monotonic() - start, 1)
+
+
+class Unplug(Case):
+    def leave(self, pendant, wait=10):
+        self.assertTrue(find.wait(lambda: not os.path.exists(pendant.path), wait),
+                        'the device stays')
+
+    def test_in_mid_transfer(self):
+        for chunk in range(6):
+            with self.subTest(chunk=chunk):
+                pendant = self.plug_usb()
+                pendant.settle(0.1)
+                pendant.device.set_fault('unplug', skip=chunk)
+                pendant.set('work_x', '1')
+                self.leave(pendant)
+                self.assertEqual(len(pendant.device.set_reports), 6 + chunk + 1)
+                pendant.unplug()
+
+    def flush_and(self, cut):
+        """A flush waits for an answer when the device goes.
+
+        It ends with the transfer's time-out at the latest: five seconds on vhci_hcd, which gives
+        back a control transfer no sooner; real controllers do at once.
+        """
+        pendant = self.plug_usb()
+        pendant.settle(0.1)
+        pendant.device.fault = 'timeout'
+        known, results = len(pendant.device.set_reports), []
+        flusher = threading.Thread(
+            target=lambda: results.append(pendant.set_error('flush', '1')))
+        start = time.monotonic()
+        flusher.start()
+        pendant.device.wait_for(lambda: len(pendant.device.set_reports) > known)
+        cut(pendant.device)
+        flusher.join(10)
+        self.assertLess(time.monotonic() - start, 7)
+        self.assertNotEqual(results, [None])
+        self.assertEqual(len(results), 1)
+        self.leave(pendant)
+
+    def test_cable_cut_during_a_flush(self):
+        self.flush_and(lambda device: device.unplug())
+
+    def test_detach_during_a_flush(self):
+        self.flush_and(lambda device: device.detach())
+
+    def test_deauthorized_during_a_flush(self):
+        def deauthorize(device):
+            path = usb_device(find.hid_directory(device.phys))
+            rig.write_file(path + '/authorized', '0')
+        self.flush_and(deauthorize)
+
+    def test_unbound_from_usbhid(self):
+        pendant = self.plug_usb()
+        interface = os.path.basename(os.path.dirname(pendant.path))
+        rig.write_file('/sys/bus/usb/drivers/usbhid/unbind', interface)
+        self.leave(pendant)
+        rig.write_file('/sys/bus/usb/drivers/usbhid/bind', interface)
+        self.assertTrue(find.wait(lambda: find.hid_directory(pendant.device.phys)))
+
+    def test_reset(self):
+        """A port reset goes through reset_resume or a new probe: the display gets a frame."""
+        pendant = self.plug_usb()
+        frames = pendant.settle()
+        device = usb_device(pendant.path)
+        node = '/dev/bus/usb/%03d/%03d' % (int(read_file(device + '/busnum')),
+                                           int(read_file(device + '/devnum')))
+        fd = os.open(node, os.O_RDWR)
+        try:
+            fcntl.ioctl(fd, 0x5514)             # USBDEVFS_RESET
+        finally:
+            os.close(fd)
+        pendant.flush()
+        self.assertGreater(pendant.device.frame_count, frames)
+        pendant.report(1)
+        self.assertPacket(pendant, pressed(1))
+
+
+class Hostile(Case):
+    def endure(self, change=None, report_descriptor=None):
+        """Plugs in a bad device, gives the kernel time to look at it, and takes it out."""
+        device = UsbPendant('HB04', report_descriptor)
+        if change:
+            change(device.descriptors)
+        device.plug()
+        find.wait(lambda: find.hid_directory(device.phys), 0.6)
+        path = find.hid_directory(device.phys)
+        bound = bool(path) and find.driver(path) == 'hid-xhc'
+        device.detach()
+        find.wait(lambda: find.hid_directory(device.phys) is None)
+        return bound
+
+    def good(self):
+        pendant = self.plug_usb()
+        pendant.report(1)
+        self.assertPacket(pendant, pressed(1))
+        pendant.flush()
+        pendant.unplug()
+
+    def test_report_descriptors(self):
+        for name in ('no input report', 'no feature report', 'feature of 6 bytes',
+                     'input of 1000 bytes', 'zeros', 'larger than HID allows'):
+            with self.subTest(name):
+                self.assertFalse(self.endure(report_descriptor=REFUSED[name]))
+        self.good()
+
+    def test_descriptors_that_lie(self):
+        def patch(which, at, value):
+            def change(descriptors):
+                changed = bytearray(descriptors[which])
+                changed[at:at + len(value)] = value
+                descriptors[which] = bytes(changed)
+            return change
+
+        def missing(which):
+            return lambda descriptors: descriptors.update({which: None})
+
+        def cut(which, size):
+            return lambda descriptors: descriptors.update({which: descriptors[which][:size]})
+
+        hid = 9 + 9
+        changes = {
+            'no report descriptor': missing('report'),
+            'no configuration': missing('config'),
+            'no device descriptor': missing('device'),
+            'no strings': lambda d: d.update(strings={}),
+            'a string that lies': lambda d: d.update(strings={
+                0: b'\x04\x03\x09\x04', 1: b'\xff\x03ab'}),
+            'half a report descriptor': cut('report', 20),
+            'half a configuration': cut('config', 20),
+            'report descriptor of 0 bytes': patch('config', hid + 7, b'\x00\x00'),
+            'report descriptor of 64 KiB': patch('config', hid + 7, b'\xff\xff'),
+            'report descriptor of 10 bytes': patch('config', hid + 7, b'\x0a\x00'),
+            'many HID descriptors': patch('config', hid + 5, b'\xff'),
+            'HID descriptor too long': patch('config', hid, b'\xff'),
+            'endpoint 1 out': patch('config', 9 + 9 + 9 + 2, b'\x01'),
+            'bulk endpoint': patch('config', 9 + 9 + 9 + 3, b'\x02'),
+            'packets of 0 bytes': patch('config', 9 + 9 + 9 + 4, b'\x00\x00'),
+            'packets of 1 byte': patch('config', 9 + 9 + 9 + 4, b'\x01\x00'),
+            'two endpoints, one there': patch('config', 9 + 4, b'\x02'),
+            'no endpoint': patch('config', 9 + 4, b'\x00'),
+            'boot mouse': patch('config', 9 + 6, b'\x01\x02'),
+            'not HID': patch('config', 9 + 5, b'\xff'),
+        }
+        for name, change in changes.items():
+            with self.subTest(name):
+                self.endure(change)
+        self.good()
+
+    def test_two_pendants(self):
+        one, two = self.plug_usb(), self.plug_usb()
+        self.assertNotEqual(one.eyes.device.phys, two.eyes.device.phys)
+        for number, pendant in ((1, one), (2, two)):
+            pendant.set('work_x', str(number))
+            pendant.report(number)
+        for number, pendant in ((1, one), (2, two)):
+            self.assertPacket(pendant, pressed(number))
+            self.assertEqual(pendant.flush()['work_x'], '%d.0000' % number)
+
+
+if __name__ == '__main__':
+    sys.exit(runner.main())
