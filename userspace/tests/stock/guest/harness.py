@@ -1,0 +1,254 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""What all tests in the guest share: checks, waiting, commands, and a plugged pendant."""
+
+import errno
+import glob
+import os
+import struct
+import subprocess
+import threading
+import time
+
+import libevdev
+from xhc_sim import find
+from xhc_sim.usb import UsbPendant
+
+BIND_TIME = 60.0        # udevd and modprobe in an emulated machine: seconds, not milliseconds
+EVENT_TIME = 10.0
+
+
+class Failure(Exception):
+    """Something was not as it should be."""
+
+
+def equal(found, wanted, what='value'):
+    if found != wanted:
+        raise Failure('%s is %r, not %r' % (what, found, wanted))
+
+
+def true(value, what):
+    if not value:
+        raise Failure(what)
+
+
+def wait_for(condition, what, timeout=EVENT_TIME):
+    """-> the condition's first true value"""
+    value = find.wait(condition, timeout)
+    true(value, '%s: not within %g s' % (what, timeout))
+    return value
+
+
+def error_of(function, *arguments):
+    """The errno with which a call fails, 0 if it does not."""
+    try:
+        function(*arguments)
+    except OSError as error:
+        return error.errno
+    return 0
+
+
+def command(*words):
+    """Runs a program that must succeed; -> its output"""
+    done = subprocess.run(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                          check=False)
+    true(done.returncode == 0, '%s: status %d: %s' % (' '.join(words), done.returncode,
+                                                      done.stdout[-300:]))
+    return done.stdout
+
+
+def read_file(path):
+    with open(path, encoding='ascii') as file:
+        return file.read()
+
+
+def write_file(path, text):
+    """One write(2), so that an error of the kernel's is this call's."""
+    fd = os.open(path, os.O_WRONLY)
+    try:
+        os.write(fd, text.encode())
+    finally:
+        os.close(fd)
+
+
+def module_loaded(name):
+    return os.path.isdir('/sys/module/' + name)
+
+
+def load_driver():
+    command('modprobe', 'hid-xhc')
+
+
+def unload_driver():
+    """For good: not before udevd is done with the last device, or it may load it again."""
+    command('udevadm', 'settle', '--timeout=60')
+    command('modprobe', '-r', 'hid-xhc')
+
+
+class Events:
+    """An event node, as libevdev reads it; events are words: ["ABS_MISC 1", "SYN_REPORT 0"]."""
+
+    def __init__(self, node):
+        self.file = open(node, 'rb')
+        os.set_blocking(self.file.fileno(), False)
+        self.device = libevdev.Device(self.file)
+
+    def close(self):
+        self.file.close()
+
+    def more(self):
+        """What there is to read now."""
+        return ['%s %d' % (event.code.name, event.value) for event in self.device.events()]
+
+    def until(self, enough, what):
+        events = []
+
+        def done():
+            events.extend(self.more())
+            return enough(events)
+
+        find.wait(done, EVENT_TIME)
+        if not enough(events):
+            raise Failure('%s: there is only %r' % (what, events))
+        return events
+
+    def reports(self, count):
+        """The next `count` reports: lists of events, each up to its SYN_REPORT."""
+        events = self.until(lambda seen: seen.count('SYN_REPORT 0') >= count,
+                            '%d reports' % count)
+        found = [[]]
+        for event in events:
+            if event == 'SYN_REPORT 0':
+                found.append([])
+            else:
+                found[-1].append(event)
+        equal(found.pop(), [], 'rest behind the last SYN_REPORT')
+        equal(len(found), count, 'number of reports')
+        return found
+
+    def report(self):
+        return self.reports(1)[0]
+
+    def quiet(self, seconds=0.3):
+        time.sleep(seconds)
+        equal(self.more(), [], 'events that should not be')
+
+
+class Watcher:
+    """Reads an event node until the device goes, as a program does that waits for events.
+
+    Not by libevdev: its python binding does not tell the end. And in a thread that is always
+    ready, as the kernel drops what has not been read when the device goes.
+    """
+
+    EVENT = struct.Struct('@qqHHi')
+
+    def __init__(self, node):
+        self.fd = os.open(node, os.O_RDONLY)
+        self.events = []
+        self.thread = threading.Thread(target=self._read, daemon=True)
+        self.thread.start()
+
+    def _read(self):
+        while True:
+            try:
+                data = os.read(self.fd, 64 * self.EVENT.size)
+            except OSError as error:
+                equal(error.errno, errno.ENODEV, 'errno at the end')
+                break
+            for _, _, kind, code, value in self.EVENT.iter_unpack(data):
+                self.events.append('%s %d' % (libevdev.evbit(kind, code).name, value))
+        os.close(self.fd)
+
+    def rest(self):
+        """All up to the end."""
+        self.thread.join(EVENT_TIME)
+        true(not self.thread.is_alive(), 'the device is still there')
+        return self.events
+
+
+class Plugged:
+    """A pendant in a USB port, its driver bound, its nodes there.
+
+        with Plugged('HB04') as pendant:
+            pendant.usb.press(1)
+            pendant.events.report()
+
+    wvalues and frames are those that came since the pendant was plugged, the forced frame of
+    the driver's probe included: that one has come when the pendant is ready.
+    """
+
+    def __init__(self, model='HB04', usb=None, driver='hid-xhc'):
+        self.usb = usb or UsbPendant(model)
+        self.driver = driver
+        self.directory = None
+        self.node = None
+        self.hidraw = None
+        self.events = None
+
+    def __enter__(self):
+        try:
+            return self.plug()
+        except BaseException:
+            self.usb.unplug()
+            raise
+
+    def __exit__(self, *_):
+        if self.events:
+            self.events.close()
+        if self.usb.plugged:
+            self.unplug()
+
+    def plug(self):
+        before = self.usb.frame_count
+        self.usb.plug()
+        self.wait_bound(before)
+        return self
+
+    def wait_bound(self, frames_before=0):
+        """Until the driver is bound and has opened the device."""
+        wait_for(self._bound, 'driver %s' % self.driver, BIND_TIME)
+        if self.driver == 'hid-xhc':
+            wait_for(self._find_nodes, 'event node', BIND_TIME)
+            true(self.usb.wait_frames(frames_before + 1, BIND_TIME), 'no first frame')
+            # attributes are made when probe is over, and the frame may be quicker
+            wait_for(lambda: os.path.exists(self.path('stats/reports')), 'attributes')
+            self.open()
+
+    def open(self):
+        if self.events:
+            self.events.close()
+        self.events = Events(self.node)
+
+    def _bound(self):
+        self.directory = find.hid_directory(self.usb.phys)
+        return self.directory and find.driver(self.directory) == self.driver
+
+    def _find_nodes(self):
+        self.node, self.hidraw = find.nodes(self.directory)
+        return self.node and self.hidraw and os.path.exists(self.node)
+
+    def unplug(self):
+        """Cuts the cable and waits until the kernel has noticed."""
+        self.usb.unplug()
+        self.wait_gone()
+
+    def wait_gone(self):
+        wait_for(lambda: find.hid_directory(self.usb.phys) is None, 'end of the HID device')
+
+    # --- sysfs ----------------------------------------------------------------------------
+
+    def path(self, name):
+        return os.path.join(self.directory, name)
+
+    def get(self, name):
+        return read_file(self.path(name)).rstrip('\n')
+
+    def set(self, name, value):
+        write_file(self.path(name), '%s\n' % value)
+
+    def input_path(self, name):
+        """A path in the input device's directory."""
+        return glob.glob(self.path('input/input*'))[0] + '/' + name
+
+    def flush(self):
+        self.set('dro/flush', 1)

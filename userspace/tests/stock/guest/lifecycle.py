@@ -1,0 +1,195 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""Coming and going: unplug, sleep, module removal, tracing, and what remains of it all."""
+
+import glob
+import os
+import re
+import select
+
+from harness import (BIND_TIME, Failure, Plugged, Watcher, equal, find, load_driver, module_loaded,
+                     read_file, true, unload_driver, wait_for, write_file)
+from xhc_sim.usb import UsbPendant
+
+TESTS = []
+TRACING = '/sys/kernel/tracing'
+
+
+def test(function):
+    TESTS.append(function)
+    return function
+
+
+def hold_two_keys(pendant):
+    """-> a Watcher of what happens to them"""
+    pendant.usb.report(bytes([4, 1, 2, 0x12, 0, 0]))
+    pendant.events.report()
+    return Watcher(pendant.node)
+
+
+def check_let_go(events):
+    """Key 1, key 2 and position 2 were held: all of them go, in one report."""
+    ups = [event for event in events if not event.startswith('MSC_SCAN')]
+    equal(sorted(ups), ['ABS_MISC 0', 'BTN_TRIGGER_HAPPY1 0', 'BTN_TRIGGER_HAPPY2 0',
+                        'BTN_TRIGGER_HAPPY32 0', 'SYN_REPORT 0'], 'events at the end')
+    equal(events[-1], 'SYN_REPORT 0', 'last event')
+
+
+@test
+def keys_go_up_when_the_cable_is_cut():
+    with Plugged() as pendant:
+        watcher = hold_two_keys(pendant)
+        pendant.unplug()
+        check_let_go(watcher.rest())
+
+
+@test
+def keys_go_up_when_the_port_is_switched_off():
+    with Plugged() as pendant:
+        watcher = hold_two_keys(pendant)
+        pendant.usb.detach()
+        pendant.wait_gone()
+        check_let_go(watcher.rest())
+
+
+@test
+def plugged_again():
+    usb = UsbPendant()
+    for number in range(3):
+        with Plugged(usb=usb) as pendant:
+            pendant.set('dro/feedrate', number + 1)
+            pendant.flush()
+            equal(usb.lcd.as_dict()['feedrate'], number + 1, 'feedrate')
+            usb.press(3)
+            equal(pendant.events.report(), ['MSC_SCAN 3', 'BTN_TRIGGER_HAPPY3 1'], 'key')
+            usb.release(3)
+            pendant.events.report()
+
+
+@test
+def awake_can_be_polled():
+    with Plugged() as pendant:
+        fd = os.open(pendant.path('awake'), os.O_RDONLY)
+        try:
+            poll = select.poll()
+            poll.register(fd, select.POLLPRI | select.POLLERR)
+            for act, value in ((pendant.usb.wake, b'1\n'), (pendant.usb.sleep, b'0\n')):
+                os.pread(fd, 16, 0)
+                act()
+                wait_for(lambda: poll.poll(100), 'wake-up of the poller')
+                equal(os.pread(fd, 16, 0), value, 'awake')
+        finally:
+            os.close(fd)
+
+
+@test
+def strange_descriptor_is_refused():
+    """Another product with these ids: the driver does not touch it."""
+    other = bytes.fromhex('06 00 FF 09 01 A1 01 85 04 09 01 15 00 26 FF 00 95 09 75 08 81 02 C0')
+    usb = UsbPendant(report_descriptor=other)
+    usb.plug()
+    try:
+        wait_for(lambda: find.hid_directory(usb.phys), 'HID device', BIND_TIME)
+        true(not usb.polled.wait(1), 'somebody has opened it')
+        equal(find.driver(find.hid_directory(usb.phys)), None, 'driver')
+    finally:
+        usb.unplug()
+    wait_for(lambda: find.hid_directory(usb.phys) is None, 'end of the HID device')
+
+
+@test
+def keys_go_up_when_the_module_goes():
+    with Plugged() as pendant:
+        watcher = hold_two_keys(pendant)
+        unload_driver()
+        check_let_go(watcher.rest())
+        true(not module_loaded('hid_xhc'), 'the module is still there')
+        load_driver()
+        pendant.wait_bound()
+        pendant.usb.press(3)
+        equal(pendant.events.report(), ['MSC_SCAN 3', 'BTN_TRIGGER_HAPPY3 1'], 'key')
+
+
+@test
+def module_in_and_out():
+    with Plugged() as first, Plugged('HB03') as second:
+        for number in range(4):
+            unload_driver()
+            load_driver()
+            first.wait_bound()
+            second.wait_bound()
+            first.set('dro/feedrate', number)
+            first.flush()
+        equal(first.usb.lcd.as_dict()['feedrate'], 3, 'feedrate')
+        first.usb.press(1)
+        equal(first.events.report(), ['MSC_SCAN 1', 'BTN_TRIGGER_HAPPY1 1'], 'key')
+
+
+@test
+def tracepoints():
+    load_driver()
+    for event in ('report', 'frame'):
+        write_file('%s/events/xhc/%s/enable' % (TRACING, event), '1')
+    try:
+        write_file(TRACING + '/trace', '\n')
+        with Plugged() as pendant:
+            pendant.usb.press(5)
+            pendant.events.report()
+            pendant.set('dro/day', 9)
+            pendant.flush()
+            name = os.path.basename(pendant.directory)
+            trace = read_file(TRACING + '/trace')
+        for line in ('report: %s error=0 data=04 05 00 00 00' % name,
+                     'frame: %s error=0 data=fe fd 09' % name):
+            true(line in trace, 'no trace of %s in: %s' % (line, trace[-600:]))
+    finally:
+        for event in ('report', 'frame'):
+            write_file('%s/events/xhc/%s/enable' % (TRACING, event), '0')
+        write_file(TRACING + '/trace', '\n')
+
+
+# --- memory ---------------------------------------------------------------------------------
+
+def module_addresses():
+    """The driver's first and last address, while it is loaded."""
+    for line in read_file('/proc/modules').splitlines():
+        name, size, _, _, _, address = line.split()[:6]
+        if name == 'hid_xhc':
+            return int(address, 16), int(address, 16) + int(size)
+    raise Failure('hid_xhc is not loaded')
+
+
+def live_allocations(first, last):
+    """How many objects live that code of the driver has asked kmalloc for.
+
+    Needs slub_debug=U. A line is "COUNT CALLER [MODULE] ...", and when the module has gone
+    "COUNT 0xADDRESS ...".
+    """
+    count = 0
+    for path in glob.glob('/sys/kernel/debug/slab/kmalloc-*/alloc_traces'):
+        for found in re.finditer(r'^ *(\d+) (\S+)( \[hid_xhc\])?', read_file(path), re.M):
+            number, caller, ours = found.groups()
+            if ours or caller.startswith('0x') and first <= int(caller, 16) < last:
+                count += int(number)
+    return count
+
+
+@test
+def no_memory_is_left():
+    """Last but one: after all that was done above."""
+    load_driver()
+    where = module_addresses()
+    with Plugged() as pendant:
+        pendant.flush()
+        true(live_allocations(*where) > 0, 'even of a plugged pendant no allocation is seen')
+    wait_for(lambda: live_allocations(*where) == 0, 'return of all memory', 20)
+    unload_driver()
+    wait_for(lambda: live_allocations(*where) == 0, 'memory after the module', 20)
+
+
+@test
+def nothing_is_left_in_the_system():
+    """Must be last."""
+    true(not module_loaded('hid_xhc'), 'the module is still loaded')
+    true(not os.path.exists(TRACING + '/events/xhc'), 'the tracepoints are still there')
+    equal(glob.glob('/sys/bus/hid/devices/*:10CE:*'), [], 'HID devices')
+    equal(os.path.exists('/sys/bus/hid/drivers/hid-xhc'), False, 'the driver in sysfs')
