@@ -51,11 +51,13 @@ static void xhc_dro_schedule(struct xhc_dro *dro, unsigned long delay)
 	schedule_delayed_work(&dro->work, delay);
 }
 
+/* A frame that somebody waits for is due at once: a change beside it must not put it off */
 static void xhc_dro_schedule_frame(struct xhc_dro *dro)
 {
+	bool awaited = dro->flush_wanted != dro->flush_done;
 	unsigned long now = jiffies;
 
-	xhc_dro_schedule(dro, time_after(dro->next, now) ? dro->next - now : 0);
+	xhc_dro_schedule(dro, !awaited && time_after(dro->next, now) ? dro->next - now : 0);
 }
 
 static int xhc_dro_send(struct xhc_pendant *pendant, const u8 *payload, size_t size)
@@ -136,9 +138,7 @@ static void xhc_dro_work(struct work_struct *work)
 	dro->flush_result = err;
 	wake_up_all(&dro->flushed);
 
-	if (dro->flush_wanted != dro->flush_done)
-		xhc_dro_schedule(dro, 0);
-	else if (err || dro->changed)
+	if (err || dro->changed || dro->flush_wanted != dro->flush_done)
 		xhc_dro_schedule_frame(dro);
 	else if (!dro->want.day)
 		xhc_dro_schedule(dro, xhc_calendar_delay());
@@ -171,7 +171,7 @@ int xhc_dro_flush(struct xhc_pendant *pendant)
 
 	scoped_guard(mutex, &dro->lock) {
 		ticket = ++dro->flush_wanted;
-		xhc_dro_schedule(dro, 0);
+		xhc_dro_schedule_frame(dro);
 	}
 
 	err = wait_event_interruptible(dro->flushed,
