@@ -75,9 +75,10 @@ class UhidPendant(VirtualPendant):
             os.close(fd)
             raise
         wake, self._stop = os.pipe()
-        self.opened = False
-        self._fd = fd
-        self.plugged = True
+        with self._lock:
+            self.opened = False
+            self._fd = fd
+            self.plugged = True
         self._reader = threading.Thread(target=self._serve, args=(fd, wake), daemon=True)
         try:
             self._reader.start()
@@ -143,8 +144,9 @@ class UhidPendant(VirtualPendant):
                 break
             self._event(event)
         with self._lock:
-            self.plugged = False
-            self.opened = False
+            if self._fd == fd:          # else it has been plugged again meanwhile
+                self.plugged = False
+                self.opened = False
         os.close(wake)
         os.close(fd)
         with self.changed:
