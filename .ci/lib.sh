@@ -76,6 +76,11 @@ take() {
 }
 
 tally() {
+	case ${1-}/${2-} in
+	/*|*/|*[!0-9/]*)
+		fail "$level_name" "these are no counts: ${1-} ${2-}"
+		return ;;
+	esac
 	level_passed=$((level_passed + $1))
 	level_failed=$((level_failed + $2))
 }
