@@ -8,6 +8,7 @@
 #define cpu_to_le32	__cpu_to_le32
 #define cpu_to_be16	__cpu_to_be16
 #define cpu_to_be32	__cpu_to_be32
+#define cpu_to_be64	__cpu_to_be64
 #define le16_to_cpu	__le16_to_cpu
 #define le32_to_cpu	__le32_to_cpu
 #define be16_to_cpu	__be16_to_cpu

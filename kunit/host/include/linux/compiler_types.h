@@ -12,6 +12,7 @@
 #define __pure			__attribute__((__pure__))
 #define __cold			__attribute__((__cold__))
 #define noinline		__attribute__((__noinline__))
+#define __always_inline		inline __attribute__((__always_inline__))
 #define fallthrough		__attribute__((__fallthrough__))
 #define __counted_by(member)
 #define __user

@@ -1,0 +1,313 @@
+// SPDX-License-Identifier: GPL-2.0-only
+/*
+ * XY3-100 forward channel: scans as a stream of bits over one to eight data lines
+ */
+
+#include <linux/bits.h>
+#include <linux/bitops.h>
+#include <linux/errno.h>
+#include <linux/kernel.h>
+#include <linux/string.h>
+#include <linux/unaligned.h>
+
+#include "xy3-frame.h"
+#include "xy3-lines.h"
+
+/*
+ * A byte with its bits pulled apart, so that there is room for the other lines' between them:
+ * bit n goes to bit n times the number of lines.
+ */
+#define SPREAD(b, n, lines)	((u64)((b) >> (n) & 1) << ((n) * (lines)))
+#define SPREAD1(b, l)	(SPREAD(b, 0, l) | SPREAD(b, 1, l) | SPREAD(b, 2, l) | SPREAD(b, 3, l) | \
+			 SPREAD(b, 4, l) | SPREAD(b, 5, l) | SPREAD(b, 6, l) | SPREAD(b, 7, l))
+#define SPREAD4(b, l)	SPREAD1(b, l), SPREAD1((b) + 1, l), SPREAD1((b) + 2, l), \
+			SPREAD1((b) + 3, l)
+#define SPREAD16(b, l)	SPREAD4(b, l), SPREAD4((b) + 4, l), SPREAD4((b) + 8, l), \
+			SPREAD4((b) + 12, l)
+#define SPREAD64(b, l)	SPREAD16(b, l), SPREAD16((b) + 16, l), SPREAD16((b) + 32, l), \
+			SPREAD16((b) + 48, l)
+#define SPREAD256(l)	{ SPREAD64(0, l), SPREAD64(64, l), SPREAD64(128, l), SPREAD64(192, l) }
+
+static const u16 xy3_spread2[] = SPREAD256(2);
+static const u32 xy3_spread4[] = SPREAD256(4);
+static const u64 xy3_spread8[] = SPREAD256(8);
+
+/* the gap between two frames: SYNC is high in all of a byte's clocks */
+#define XY3_GAP4	0x11
+#define XY3_GAP8	0x01
+
+/*
+ * What the lines carry when nobody says otherwise. With SYNC as a line there must be four of them
+ * at least: over two the gap would end in the middle of a byte.
+ */
+static const struct xy3_default_row {
+	u8 lines;
+	bool sync_is_line;
+	u8 signal[XY3_LINES_MAX];
+} xy3_defaults[] = {
+	{ 1, false, { XY3_SIGNAL_X } },
+	{ 2, false, { XY3_SIGNAL_X, XY3_SIGNAL_Y } },
+	{ 4, false, { XY3_SIGNAL_X, XY3_SIGNAL_Y, XY3_SIGNAL_Z, XY3_SIGNAL_U } },
+	{ 8, false, { XY3_SIGNAL_X, XY3_SIGNAL_Y, XY3_SIGNAL_Z, XY3_SIGNAL_U, XY3_SIGNAL_W,
+		      XY3_SIGNAL_NONE, XY3_SIGNAL_NONE, XY3_SIGNAL_NONE } },
+	{ 4, true, { XY3_SIGNAL_SYNC, XY3_SIGNAL_X, XY3_SIGNAL_Y, XY3_SIGNAL_Z } },
+	{ 8, true, { XY3_SIGNAL_SYNC, XY3_SIGNAL_X, XY3_SIGNAL_Y, XY3_SIGNAL_Z, XY3_SIGNAL_U,
+		     XY3_SIGNAL_W, XY3_SIGNAL_NONE, XY3_SIGNAL_NONE } },
+};
+
+/**
+ * xy3_default_signals() - what the lines carry when nobody says otherwise
+ * @lines: how many there are
+ * @sync_is_line: SYNC is one of them, not the chip select
+ *
+ * Return: enum xy3_signal for each line; NULL when there is no such arrangement.
+ */
+const u8 *xy3_default_signals(unsigned int lines, bool sync_is_line)
+{
+	for (size_t i = 0; i < ARRAY_SIZE(xy3_defaults); i++)
+		if (xy3_defaults[i].lines == lines && xy3_defaults[i].sync_is_line == sync_is_line)
+			return xy3_defaults[i].signal;
+	return NULL;
+}
+
+/* The line that carries a signal; -1 for none, -EINVAL for more than one */
+static int xy3_line_of(const u8 *signal, unsigned int lines, u8 wanted)
+{
+	int found = -1;
+
+	for (unsigned int i = 0; i < lines; i++) {
+		if (signal[i] != wanted)
+			continue;
+		if (found >= 0)
+			return -EINVAL;
+		found = i;
+	}
+	return found;
+}
+
+/**
+ * xy3_line_map_init() - work out a line map
+ * @map: the map
+ * @lines: 1, 2, 4 or 8
+ * @frame_bits: 24 or 32
+ * @signal: enum xy3_signal for each line
+ *
+ * Return: 0; -EINVAL when a number is none of these, a signal is on two lines, X is on none, or
+ * SYNC is a line of less than four.
+ */
+int xy3_line_map_init(struct xy3_line_map *map, unsigned int lines, unsigned int frame_bits,
+		      const u8 *signal)
+{
+	unsigned int clocks = frame_bits;
+	int line;
+
+	if (!xy3_default_signals(lines, false) || (frame_bits != 24 && frame_bits != 32))
+		return -EINVAL;
+	for (unsigned int i = 0; i < lines; i++)
+		if (signal[i] > XY3_SIGNAL_NONE)
+			return -EINVAL;
+
+	*map = (struct xy3_line_map) { .lines = lines, .frame_bits = frame_bits };
+	memcpy(map->signal, signal, lines);
+	for (unsigned int axis = 0; axis < XY3_AXES; axis++) {
+		line = xy3_line_of(signal, lines, XY3_SIGNAL_X + axis);
+		if (line < -1 || (line < 0 && axis == XY3_AXIS_X))
+			return -EINVAL;
+		if (line < 0)
+			continue;
+		map->axis[map->axes] = axis;
+		map->axis_line[map->axes++] = line;
+	}
+
+	line = xy3_line_of(signal, lines, XY3_SIGNAL_SYNC);
+	if (line < -1 || (line >= 0 && !xy3_default_signals(lines, true)))
+		return -EINVAL;
+	map->sync_line = line;
+	if (line >= 0)
+		clocks += XY3_GAP_CLOCKS;
+	map->scan_size = clocks * lines / 8;
+	return 0;
+}
+
+/**
+ * xy3_code_max() - the highest position code
+ * @map: the line map
+ *
+ * Return: 2^20 - 1 or 2^26 - 1.
+ */
+u32 xy3_code_max(const struct xy3_line_map *map)
+{
+	return map->frame_bits == 32 ? XY3_CODE32_MAX : XY3_CODE24_MAX;
+}
+
+/* A position frame with its first bit at bit 31; what is over the code's bits is left off */
+static __always_inline u32 xy3_position(u32 code, unsigned int frame_bits)
+{
+	if (frame_bits == 32)
+		return xy3_frame32(code) | XY3_FRAME32_POSITION;
+	return (xy3_frame24(code) | XY3_FRAME24_POSITION) << 8;
+}
+
+/* What all lines carry in eight clocks, four times: the bytes of a scan but for the gap */
+struct xy3_clocks {
+	u64 first, second, third, fourth;
+};
+
+/* The lowest eight bits, and between them room for those of the other lines */
+static __always_inline u64 xy3_spread(unsigned int lines, u32 bits)
+{
+	bits &= 0xff;
+	if (lines == 2)
+		return xy3_spread2[bits];
+	if (lines == 4)
+		return xy3_spread4[bits];
+	return xy3_spread8[bits];
+}
+
+/* Written out, since the kernel's compilers do not unroll such a loop */
+static __always_inline void xy3_add_frame(struct xy3_clocks *clocks, unsigned int lines,
+					  unsigned int frame_bits, unsigned int line, u32 frame)
+{
+	clocks->first |= xy3_spread(lines, frame >> 24) << line;
+	clocks->second |= xy3_spread(lines, frame >> 16) << line;
+	clocks->third |= xy3_spread(lines, frame >> 8) << line;
+	if (frame_bits == 32)
+		clocks->fourth |= xy3_spread(lines, frame) << line;
+}
+
+static __always_inline u8 *xy3_put(unsigned int lines, u64 bits, u8 *out)
+{
+	if (lines == 2)
+		put_unaligned_be16(bits, out);
+	else if (lines == 4)
+		put_unaligned_be32(bits, out);
+	else
+		put_unaligned_be64(bits, out);
+	return out + lines;
+}
+
+/* The frames of all axes, and the gap behind them if SYNC is a line. Return where they end. */
+static __always_inline u8 *xy3_put_scan(const struct xy3_clocks *clocks, unsigned int lines,
+					unsigned int frame_bits, int sync_line, u8 *out)
+{
+	out = xy3_put(lines, clocks->first, out);
+	out = xy3_put(lines, clocks->second, out);
+	out = xy3_put(lines, clocks->third, out);
+	if (frame_bits == 32)
+		out = xy3_put(lines, clocks->fourth, out);
+	if (sync_line < 0)
+		return out;
+	if (lines == 4) {
+		*out++ = XY3_GAP4 << sync_line;
+	} else {
+		*out++ = XY3_GAP8 << sync_line;
+		*out++ = XY3_GAP8 << sync_line;
+	}
+	return out;
+}
+
+/* One line, which is X's */
+static __always_inline u8 *xy3_put_frame(unsigned int frame_bits, u32 frame, u8 *out)
+{
+	if (frame_bits == 32)
+		put_unaligned_be32(frame, out);
+	else
+		put_unaligned_be24(frame >> 8, out);
+	return out + frame_bits / 8;
+}
+
+static __always_inline void xy3_put_positions(const struct xy3_line_map *map, unsigned int lines,
+					      unsigned int frame_bits, const u32 *codes,
+					      size_t scans, u8 *out)
+{
+	unsigned int axes = map->axes;
+	int sync_line = map->sync_line;
+
+	for (; scans; scans--) {
+		struct xy3_clocks clocks = { };
+
+		if (lines == 1) {
+			out = xy3_put_frame(frame_bits, xy3_position(*codes++, frame_bits), out);
+			continue;
+		}
+		for (unsigned int i = 0; i < axes; i++)
+			xy3_add_frame(&clocks, lines, frame_bits, map->axis_line[i],
+				      xy3_position(*codes++, frame_bits));
+		out = xy3_put_scan(&clocks, lines, frame_bits, sync_line, out);
+	}
+}
+
+/**
+ * xy3_encode_scans() - make the bytes of a block of scans
+ * @map: the line map
+ * @codes: positions, @map->axes of them for each scan; bits over xy3_code_max() are left off
+ * @scans: how many scans
+ * @out: @scans times @map->scan_size bytes
+ */
+void xy3_encode_scans(const struct xy3_line_map *map, const u32 *codes, size_t scans, u8 *out)
+{
+	/* each with numbers that the compiler knows */
+	switch (map->lines << 8 | map->frame_bits) {
+	case 1 << 8 | 24:
+		return xy3_put_positions(map, 1, 24, codes, scans, out);
+	case 1 << 8 | 32:
+		return xy3_put_positions(map, 1, 32, codes, scans, out);
+	case 2 << 8 | 24:
+		return xy3_put_positions(map, 2, 24, codes, scans, out);
+	case 2 << 8 | 32:
+		return xy3_put_positions(map, 2, 32, codes, scans, out);
+	case 4 << 8 | 24:
+		return xy3_put_positions(map, 4, 24, codes, scans, out);
+	case 4 << 8 | 32:
+		return xy3_put_positions(map, 4, 32, codes, scans, out);
+	case 8 << 8 | 24:
+		return xy3_put_positions(map, 8, 24, codes, scans, out);
+	case 8 << 8 | 32:
+		return xy3_put_positions(map, 8, 32, codes, scans, out);
+	}
+}
+
+/**
+ * xy3_position_word() - a position frame as a number
+ * @map: the line map, for the size of the frame
+ * @code: the position; bits over xy3_code_max() are left off
+ *
+ * Return: the frame, its last bit at bit 0.
+ */
+u32 xy3_position_word(const struct xy3_line_map *map, u32 code)
+{
+	return map->frame_bits == 32 ? xy3_frame32(code) | XY3_FRAME32_POSITION :
+				       xy3_frame24(code) | XY3_FRAME24_POSITION;
+}
+
+/**
+ * xy3_command_word() - a command frame as a number
+ * @map: the line map, for the size of the frame
+ * @command: 20 bits
+ *
+ * Return: the frame, its last bit at bit 0.
+ */
+u32 xy3_command_word(const struct xy3_line_map *map, u32 command)
+{
+	command &= XY3_COMMAND_MAX;
+	return map->frame_bits == 32 ? xy3_frame32(command) : xy3_frame24(command);
+}
+
+/**
+ * xy3_encode_command_scan() - make the bytes of a scan that carries a command
+ * @map: the line map
+ * @command: 20 bits, for axis X's line; the other lines stay low
+ * @out: @map->scan_size bytes
+ */
+void xy3_encode_command_scan(const struct xy3_line_map *map, u32 command, u8 *out)
+{
+	u32 frame = xy3_command_word(map, command) << (32 - map->frame_bits);
+	struct xy3_clocks clocks = { };
+
+	if (map->lines == 1) {
+		xy3_put_frame(map->frame_bits, frame, out);
+		return;
+	}
+	xy3_add_frame(&clocks, map->lines, map->frame_bits, map->axis_line[0], frame);
+	xy3_put_scan(&clocks, map->lines, map->frame_bits, map->sync_line, out);
+}
