@@ -11,6 +11,7 @@ KDIR ?= /lib/modules/$(KVER)/build
 PREFIX ?= /usr/local
 DESTDIR ?=
 UDEVDIR ?= /usr/lib/udev
+UNITDIR ?= /usr/lib/systemd/system
 SRCDIR := /usr/src/$(NAME)-$(VERSION)
 
 # A kernel built by clang wants its modules built by clang; dkms may have passed LLVM itself
@@ -20,7 +21,7 @@ export LLVM
 endif
 
 .PHONY: all modules clean help install uninstall install-files uninstall-files demo mutate \
-	check check-host check-kunit check-sim check-stock lint
+	bench check check-host check-kunit check-sim check-stock lint
 
 all: modules
 
@@ -48,18 +49,27 @@ help:
 	@echo '    check-sim          the whole stack in that kernel, with virtual pendants'
 	@echo '    check-stock        DKMS and the whole stack on stock Debian kernels (QEMU)'
 	@echo '    lint               compilers, sparse, checkpatch, documents against code'
+	@echo '  sudo make bench    how quick the codecs are, against others'
 	@echo '  sudo make mutate   break the code on purpose: is it noticed?'
 
-# The driver's source for DKMS, the virtual pendant, its manual, udev's rules
-install-files:
+# The virtual devices: each a program, a package in python with - as _, and a manual page
+SIMULATORS := xhc-sim xy3-head-sim
+
+# The drivers' source for DKMS, what a program includes, udev's rules, units, virtual devices
+install-files: $(addprefix install-,$(SIMULATORS))
 	install -d $(DESTDIR)$(SRCDIR)
 	cp -R --parents drivers Kbuild Makefile dkms.conf $(DESTDIR)$(SRCDIR)/
+	install -D -m 644 -t $(DESTDIR)$(PREFIX)/include/linux drivers/include/uapi/linux/xy3.h
 	install -D -m 644 -t $(DESTDIR)$(UDEVDIR)/rules.d userspace/udev/*.rules
-	install -D -m 644 -t $(DESTDIR)$(PREFIX)/lib/$(NAME)/xhc_sim userspace/xhc-sim/xhc_sim/*.py
-	install -D -m 755 -t $(DESTDIR)$(PREFIX)/lib/$(NAME) userspace/xhc-sim/xhc-sim
-	install -D -m 644 -t $(DESTDIR)$(PREFIX)/share/man/man1 userspace/xhc-sim/xhc-sim.1
+	install -D -m 644 -t $(DESTDIR)$(UNITDIR) userspace/systemd/*.service
+
+$(addprefix install-,$(SIMULATORS)): install-%:
+	install -D -m 644 -t $(DESTDIR)$(PREFIX)/lib/$(NAME)/$(subst -,_,$*) \
+		userspace/$*/$(subst -,_,$*)/*.py
+	install -D -m 755 -t $(DESTDIR)$(PREFIX)/lib/$(NAME) userspace/$*/$*
+	install -D -m 644 -t $(DESTDIR)$(PREFIX)/share/man/man1 userspace/$*/$*.1
 	install -d $(DESTDIR)$(PREFIX)/bin
-	ln -sf ../lib/$(NAME)/xhc-sim $(DESTDIR)$(PREFIX)/bin/xhc-sim
+	ln -sf ../lib/$(NAME)/$* $(DESTDIR)$(PREFIX)/bin/$*
 
 # Twice in a row is no error: what dkms has of this version goes first
 install:
@@ -72,22 +82,28 @@ endif
 ifeq ($(DESTDIR),)
 	dkms install -m $(NAME) -v $(VERSION) -k $(KVER)
 	-udevadm control --reload
+	-systemctl daemon-reload
 endif
 
 uninstall-files:
 	rm -rf $(DESTDIR)$(SRCDIR) $(DESTDIR)$(PREFIX)/lib/$(NAME)
-	rm -f $(DESTDIR)$(PREFIX)/bin/xhc-sim $(DESTDIR)$(PREFIX)/share/man/man1/xhc-sim.1
-	for f in userspace/udev/*.rules; do \
-		rm -f $(DESTDIR)$(UDEVDIR)/rules.d/$${f##*/}; done
+	rm -f $(SIMULATORS:%=$(DESTDIR)$(PREFIX)/bin/%)
+	rm -f $(SIMULATORS:%=$(DESTDIR)$(PREFIX)/share/man/man1/%.1)
+	rm -f $(DESTDIR)$(PREFIX)/include/linux/xy3.h
+	-rmdir --ignore-fail-on-non-empty $(DESTDIR)$(PREFIX)/include/linux
+	rm -f $(patsubst userspace/udev/%,$(DESTDIR)$(UDEVDIR)/rules.d/%,$(wildcard userspace/udev/*))
+	rm -f $(patsubst userspace/systemd/%,$(DESTDIR)$(UNITDIR)/%,$(wildcard userspace/systemd/*))
 
 uninstall:
 ifeq ($(DESTDIR),)
-	-modprobe -r hid-xhc
+	-systemctl stop 'xy3-attach@*.service'
+	-modprobe -r hid-xhc xy3
 	-dkms remove -m $(NAME) -v $(VERSION) --all
 endif
 	$(MAKE) uninstall-files
 ifeq ($(DESTDIR),)
 	-udevadm control --reload
+	-systemctl daemon-reload
 endif
 
 demo:
@@ -113,3 +129,6 @@ lint:
 
 mutate:
 	kunit/mutate
+
+bench:
+	kunit/host/bench/run

@@ -1,0 +1,372 @@
+// SPDX-License-Identifier: GPL-2.0-only
+/*
+ * XY3-100 scanhead: heads, and how their two transports find each other
+ *
+ * A head is there as long as it has a backchannel, a forward channel, or both. Firmware may say
+ * which two belong together: the backchannel's property lasia,forward points to the forward
+ * channel. Else a new transport goes where the choice of the class attribute "attach" sends it:
+ * by default to the lowest-numbered head that lacks it, or it makes a head.
+ */
+
+#include <linux/err.h>
+#include <linux/idr.h>
+#include <linux/kernel.h>
+#include <linux/list.h>
+#include <linux/module.h>
+#include <linux/property.h>
+#include <linux/slab.h>
+#include <linux/sysfs.h>
+
+#include "xy3.h"
+
+static bool autobaud;
+module_param(autobaud, bool, 0644);
+MODULE_PARM_DESC(autobaud, "New heads search for the rate of their backchannel (default: N)");
+
+/* Serialises all that attaches or detaches; protects the list and the choice */
+static DEFINE_MUTEX(xy3_join_lock);
+static LIST_HEAD(xy3_heads);	/* by rising number */
+static DEFINE_IDA(xy3_numbers);
+
+static enum xy3_choice {
+	XY3_CHOICE_AUTO,
+	XY3_CHOICE_NEW,
+	XY3_CHOICE_HEAD
+} xy3_choice;
+static unsigned int xy3_chosen_number;
+
+enum xy3_side {
+	XY3_BACK,
+	XY3_FORWARD
+};
+
+static struct class xy3_class = {
+	.name = "xy3",
+	.class_groups = xy3_class_groups,
+	.dev_groups = xy3_head_groups,
+};
+
+/* ---- the choice ---- */
+
+/**
+ * xy3_choice_show() - where the next transport goes
+ * @buf: a page for the text
+ *
+ * Return: length of the text.
+ */
+int xy3_choice_show(char *buf)
+{
+	guard(mutex)(&xy3_join_lock);
+	switch (xy3_choice) {
+	case XY3_CHOICE_NEW:
+		return sysfs_emit(buf, "new\n");
+	case XY3_CHOICE_HEAD:
+		return sysfs_emit(buf, "xy3-%u\n", xy3_chosen_number);
+	default:
+		return sysfs_emit(buf, "auto\n");
+	}
+}
+
+/**
+ * xy3_choice_store() - choose where the next transport goes, if firmware does not say
+ * @buf: auto, new, or xy3-<n>
+ *
+ * Return: 0, or -EINVAL when it is something else.
+ */
+int xy3_choice_store(const char *buf)
+{
+	enum xy3_choice choice;
+	unsigned int number = 0;
+
+	if (sysfs_streq(buf, "auto")) {
+		choice = XY3_CHOICE_AUTO;
+	} else if (sysfs_streq(buf, "new")) {
+		choice = XY3_CHOICE_NEW;
+	} else {
+		if (strncmp(buf, "xy3-", 4) || kstrtouint(buf + 4, 10, &number) ||
+		    number >= XY3_HEADS_MAX)
+			return -EINVAL;
+		choice = XY3_CHOICE_HEAD;
+	}
+
+	guard(mutex)(&xy3_join_lock);
+	xy3_choice = choice;
+	xy3_chosen_number = number;
+	return 0;
+}
+
+static bool xy3_lacks(const struct xy3_head *head, enum xy3_side side)
+{
+	return side == XY3_BACK ? !head->back : !head->forward;
+}
+
+/* Firmware has promised this head's forward channel to another one */
+static bool xy3_reserved(const struct xy3_head *head, enum xy3_side side)
+{
+	return side == XY3_FORWARD && head->back && head->back->partner;
+}
+
+/* The head that a transport joins without a word from firmware; NULL for a new one */
+static struct xy3_head *xy3_choose(enum xy3_side side)
+{
+	enum xy3_choice choice = xy3_choice;
+	struct xy3_head *head;
+
+	xy3_choice = XY3_CHOICE_AUTO;
+	if (choice == XY3_CHOICE_NEW)
+		return NULL;
+
+	list_for_each_entry(head, &xy3_heads, node) {
+		if (choice == XY3_CHOICE_HEAD && head->number == xy3_chosen_number)
+			return xy3_lacks(head, side) ? head : ERR_PTR(-EBUSY);
+		if (choice == XY3_CHOICE_AUTO && xy3_lacks(head, side) &&
+		    !xy3_reserved(head, side))
+			return head;
+	}
+	return choice == XY3_CHOICE_HEAD ? ERR_PTR(-ENODEV) : NULL;
+}
+
+/* ---- the life of a head ---- */
+
+static void xy3_head_release(struct device *dev)
+{
+	kfree(to_xy3_head(dev));
+}
+
+static void xy3_head_insert(struct xy3_head *head)
+{
+	struct xy3_head *other;
+
+	list_for_each_entry(other, &xy3_heads, node)
+		if (other->number > head->number)
+			break;
+	list_add_tail(&head->node, &other->node);
+}
+
+static struct xy3_head *xy3_head_new(void)
+{
+	struct xy3_head *head;
+	int number, err;
+
+	number = ida_alloc_max(&xy3_numbers, XY3_HEADS_MAX - 1, GFP_KERNEL);
+	if (number < 0)
+		return ERR_PTR(number);
+	head = kzalloc(sizeof(*head), GFP_KERNEL);
+	if (!head) {
+		ida_free(&xy3_numbers, number);
+		return ERR_PTR(-ENOMEM);
+	}
+	head->number = number;
+	mutex_init(&head->rate_lock);
+	init_waitqueue_head(&head->resync);
+	spin_lock_init(&head->forward_lock);
+	mutex_init(&head->lock);
+	INIT_WORK(&head->tty_rate_work, xy3_tty_rate_work);
+	xy3_telemetry_init(head);
+	xy3_autobaud_init(head);
+	head->autobaud.on = autobaud;
+
+	head->dev.class = &xy3_class;
+	head->dev.release = xy3_head_release;
+	device_initialize(&head->dev);
+	err = dev_set_name(&head->dev, "xy3-%u", head->number);
+	if (!err)
+		err = device_add(&head->dev);
+	if (err)
+		goto no_device;
+	err = xy3_tty_add(head);
+	if (err)
+		goto no_tty;
+	xy3_head_insert(head);
+	return head;
+
+no_tty:
+	device_del(&head->dev);
+no_device:
+	ida_free(&xy3_numbers, number);
+	put_device(&head->dev);
+	return ERR_PTR(err);
+}
+
+/* The last transport has gone */
+static void xy3_head_remove(struct xy3_head *head)
+{
+	list_del(&head->node);
+	scoped_guard(mutex, &head->lock)
+		head->gone = true;
+
+	cancel_delayed_work_sync(&head->news.work);
+	xy3_hwmon_remove(head);
+	xy3_tty_remove(head);
+	device_del(&head->dev);
+	/* no attribute is left that could have this one queued */
+	cancel_delayed_work_sync(&head->autobaud.work);
+	cancel_work_sync(&head->tty_rate_work);
+
+	ida_free(&xy3_numbers, head->number);
+	put_device(&head->dev);
+}
+
+/* ---- transports ---- */
+
+/* Lock the rate. A change of it may be waiting for the head: that is cut short. */
+static void xy3_part_lock(struct xy3_head *head)
+{
+	WRITE_ONCE(head->parting, true);
+	wake_up_all(&head->resync);
+	mutex_lock(&head->rate_lock);
+	WRITE_ONCE(head->parting, false);
+}
+
+/* The forward channel that firmware has written down for a backchannel */
+static struct fwnode_handle *xy3_back_partner(const struct xy3_back *back)
+{
+	struct fwnode_handle *partner;
+
+	if (!back->dev)
+		return NULL;
+	partner = fwnode_find_reference(dev_fwnode(back->dev), "lasia,forward", 0);
+	return IS_ERR(partner) ? NULL : partner;
+}
+
+static struct xy3_head *xy3_head_for_back(const struct xy3_back *back)
+{
+	struct xy3_head *head;
+
+	if (!back->partner)
+		return xy3_choose(XY3_BACK);
+	list_for_each_entry(head, &xy3_heads, node)
+		if (head->forward && dev_fwnode(head->forward->dev) == back->partner)
+			return head->back ? ERR_PTR(-EBUSY) : head;
+	return NULL;
+}
+
+/**
+ * xy3_back_attach() - a backchannel comes: join it with a head
+ * @back: the backchannel; ops, dev and rate are filled in
+ *
+ * From now on its data may be given to xy3_back_receive(), one piece after another.
+ *
+ * Return: 0; -ENODEV or -EBUSY when the chosen head is not there or has a backchannel; -ENOSPC
+ * when there are XY3_HEADS_MAX heads; or another error of making a head.
+ */
+int xy3_back_attach(struct xy3_back *back)
+{
+	struct xy3_head *head;
+
+	guard(mutex)(&xy3_join_lock);
+	back->partner = xy3_back_partner(back);
+	head = xy3_head_for_back(back);
+	if (!head)
+		head = xy3_head_new();
+	if (IS_ERR(head)) {
+		fwnode_handle_put(back->partner);
+		return PTR_ERR(head);
+	}
+
+	back->head = head;
+	scoped_guard(mutex, &head->rate_lock) {
+		head->back = back;
+		WRITE_ONCE(head->rate, back->rate);
+	}
+	scoped_guard(mutex, &head->lock) {
+		if (back->dev && device_property_read_bool(back->dev, "big-endian"))
+			head->order = XY3_BIG_ENDIAN;
+		xy3_autobaud_start(head);
+		queue_work(system_wq, &head->tty_rate_work);
+	}
+	return 0;
+}
+
+/**
+ * xy3_back_detach() - a backchannel goes
+ * @back: the backchannel; none of its data is on its way to xy3_back_receive()
+ */
+void xy3_back_detach(struct xy3_back *back)
+{
+	struct xy3_head *head = back->head;
+
+	guard(mutex)(&xy3_join_lock);
+	xy3_part_lock(head);
+	head->back = NULL;
+	WRITE_ONCE(head->rate, 0);
+	mutex_unlock(&head->rate_lock);
+	back->head = NULL;
+	fwnode_handle_put(back->partner);
+	if (!head->forward) {
+		xy3_head_remove(head);
+		return;
+	}
+	guard(mutex)(&head->lock);
+	xy3_telemetry_forget(head);
+}
+
+/**
+ * xy3_forward_attach() - a forward channel comes: join it with a head
+ * @forward: the forward channel; ops and dev are filled in
+ *
+ * Return: 0, or an error as of xy3_back_attach().
+ */
+int xy3_forward_attach(struct xy3_forward *forward)
+{
+	struct fwnode_handle *fwnode = dev_fwnode(forward->dev);
+	struct xy3_head *head, *other;
+
+	guard(mutex)(&xy3_join_lock);
+	head = NULL;
+	if (fwnode)
+		list_for_each_entry(other, &xy3_heads, node)
+			if (other->back && other->back->partner == fwnode)
+				head = other;
+	if (!head)
+		head = xy3_choose(XY3_FORWARD);
+	if (!head)
+		head = xy3_head_new();
+	if (IS_ERR(head))
+		return PTR_ERR(head);
+
+	forward->head = head;
+	guard(mutex)(&head->rate_lock);
+	scoped_guard(spinlock_irqsave, &head->forward_lock)
+		head->forward = forward;
+	return 0;
+}
+EXPORT_SYMBOL_GPL(xy3_forward_attach);
+
+/**
+ * xy3_forward_detach() - a forward channel goes
+ * @forward: the forward channel; its ops are not called any more on return
+ */
+void xy3_forward_detach(struct xy3_forward *forward)
+{
+	struct xy3_head *head = forward->head;
+
+	guard(mutex)(&xy3_join_lock);
+	xy3_part_lock(head);
+	scoped_guard(spinlock_irqsave, &head->forward_lock)
+		head->forward = NULL;
+	mutex_unlock(&head->rate_lock);
+	forward->head = NULL;
+	if (!head->back)
+		xy3_head_remove(head);
+}
+EXPORT_SYMBOL_GPL(xy3_forward_detach);
+
+/**
+ * xy3_head_init() - register the class
+ *
+ * Return: 0 or an error.
+ */
+int __init xy3_head_init(void)
+{
+	return class_register(&xy3_class);
+}
+
+/**
+ * xy3_head_exit() - unregister the class; there are no heads any more
+ */
+void xy3_head_exit(void)
+{
+	class_unregister(&xy3_class);
+	ida_destroy(&xy3_numbers);
+}

@@ -1,0 +1,437 @@
+// SPDX-License-Identifier: GPL-2.0-only
+/*
+ * XY3-100 scanhead: /dev/xy3-<n> - packets out, command frames in, the rate as the tty's speed
+ *
+ * Each number has a line, which stays when its head goes: a program that still holds the hung up
+ * tty does not keep the number from the next head, nor is its tty in that one's way.
+ */
+
+#include <linux/completion.h>
+#include <linux/err.h>
+#include <linux/slab.h>
+#include <linux/tty.h>
+#include <linux/tty_driver.h>
+#include <linux/tty_flip.h>
+#include <linux/wait.h>
+#include <linux/workqueue.h>
+#include <tty-compat.h>
+
+#include "xy3.h"
+
+/* Frames are taken at once or refused: there is always room */
+#define XY3_WRITE_ROOM		4096
+
+/* As long as a hangup may take */
+#define XY3_HANGUP_TIMEOUT	(5 * HZ)
+
+/**
+ * struct xy3_line - what belongs to a number
+ * @port: the tty's port
+ * @lock: protects @head and @hanging
+ * @head: the head with this number, or NULL
+ * @hanging: the tty of the last head is yet to be hung up
+ * @hung: where the next head waits for that
+ * @dev: the tty device, while there is a head
+ */
+struct xy3_line {
+	struct tty_port port;
+	spinlock_t lock;	/* see above */
+	struct xy3_head *head;
+	bool hanging;
+	wait_queue_head_t hung;
+	struct device *dev;
+};
+
+static struct tty_driver *xy3_tty_driver;
+static struct xy3_line *xy3_lines[XY3_HEADS_MAX];
+
+static struct xy3_line *xy3_port_line(struct tty_port *port)
+{
+	return container_of(port, struct xy3_line, port);
+}
+
+/* The head of a line, to be given back by put_device(); NULL when it has gone */
+static struct xy3_head *xy3_line_head(struct xy3_line *line)
+{
+	guard(spinlock_irqsave)(&line->lock);
+	if (line->head)
+		get_device(&line->head->dev);
+	return line->head;
+}
+
+/* ---- the port ---- */
+
+static void xy3_set_open(struct xy3_line *line, bool open)
+{
+	struct xy3_head *head = xy3_line_head(line);
+
+	if (!head)
+		return;
+	scoped_guard(mutex, &head->lock)
+		head->tty_open = open;
+	put_device(&head->dev);
+}
+
+static void xy3_hung(struct xy3_line *line)
+{
+	scoped_guard(spinlock_irqsave, &line->lock)
+		line->hanging = false;
+	wake_up_all(&line->hung);
+}
+
+static int xy3_port_activate(struct tty_port *port, struct tty_struct *tty)
+{
+	/* what the last reader has left may begin in the middle of a packet */
+	tty_ldisc_flush(tty);
+	xy3_set_open(xy3_port_line(port), true);
+	return 0;
+}
+
+static void xy3_port_shutdown(struct tty_port *port)
+{
+	xy3_set_open(xy3_port_line(port), false);
+}
+
+static void xy3_port_destruct(struct tty_port *port)
+{
+	kfree(xy3_port_line(port));
+}
+
+static const struct tty_port_operations xy3_port_ops = {
+	.activate = xy3_port_activate,
+	.shutdown = xy3_port_shutdown,
+	.destruct = xy3_port_destruct,
+};
+
+/* ---- the tty ---- */
+
+static int xy3_install(struct tty_driver *driver, struct tty_struct *tty)
+{
+	struct xy3_line *line = xy3_lines[tty->index];
+	struct xy3_head *head = line ? xy3_line_head(line) : NULL;
+	unsigned int rate;
+	int err;
+
+	if (!head)
+		return -ENODEV;
+	err = tty_port_install(&line->port, driver, tty);
+	rate = xy3_get_rate(head);
+	if (!err && rate)
+		tty_encode_baud_rate(tty, rate, rate);
+	put_device(&head->dev);
+	if (err)
+		return err;
+	/* a write comes in one piece, so that no frame is torn */
+	set_bit(TTY_NO_WRITE_SPLIT, &tty->flags);
+	tty->driver_data = line;
+	return 0;
+}
+
+static int xy3_open(struct tty_struct *tty, struct file *file)
+{
+	struct xy3_line *line = tty->driver_data;
+	struct xy3_head *head;
+	int err;
+
+	err = tty_port_open(&line->port, tty, file);
+	if (err)
+		return err;
+
+	/* A head that went before the port knew of the tty has not hung it up */
+	head = xy3_line_head(line);
+	if (!head)
+		return -ENODEV;
+	put_device(&head->dev);
+	return 0;
+}
+
+static void xy3_close(struct tty_struct *tty, struct file *file)
+{
+	struct xy3_line *line = tty->driver_data;
+
+	tty_port_close(&line->port, tty, file);
+}
+
+static void xy3_hangup(struct tty_struct *tty)
+{
+	struct xy3_line *line = tty->driver_data;
+
+	tty_port_hangup(&line->port);
+	xy3_hung(line);
+}
+
+static tty_ssize_t xy3_write(struct tty_struct *tty, const u8 *data, tty_size_t size)
+{
+	struct xy3_line *line = tty->driver_data;
+	struct xy3_head *head = xy3_line_head(line);
+	int err;
+
+	if (!head)
+		return -EIO;
+	err = xy3_send_frames(head, data, size);
+	put_device(&head->dev);
+	return err ?: size;
+}
+
+static unsigned int xy3_write_room(struct tty_struct *tty)
+{
+	return XY3_WRITE_ROOM;
+}
+
+static void xy3_show_rate(struct tty_struct *tty, unsigned int rate)
+{
+	if (rate && tty_get_baud_rate(tty) != rate)
+		tty_encode_baud_rate(tty, rate, rate);
+}
+
+/**
+ * struct xy3_rate_request - a change of the rate, carried out by a worker
+ * @head: the head
+ * @rate: in bit/s
+ * @work: does it
+ * @done: it is done
+ */
+struct xy3_rate_request {
+	struct xy3_head *head;
+	unsigned int rate;
+	struct work_struct work;
+	struct completion done;
+};
+
+static void xy3_rate_request_work(struct work_struct *work)
+{
+	struct xy3_rate_request *request = container_of(work, struct xy3_rate_request, work);
+
+	xy3_set_rate(request->head, request->rate);
+	complete(&request->done);
+}
+
+/*
+ * The settings of this tty are locked here, and to move the UART its tty's settings have to be
+ * locked: by another task, as lockdep takes the two locks for one. They are always taken in this
+ * order, for no UART below is a tty of ours.
+ */
+static void xy3_request_rate(struct xy3_head *head, unsigned int rate)
+{
+	struct xy3_rate_request request = { .head = head, .rate = rate };
+
+	init_completion(&request.done);
+	INIT_WORK_ONSTACK(&request.work, xy3_rate_request_work);
+	queue_work(system_unbound_wq, &request.work);
+	wait_for_completion(&request.done);
+	destroy_work_on_stack(&request.work);
+}
+
+static void xy3_set_termios(struct tty_struct *tty, const struct ktermios *old)
+{
+	struct xy3_line *line = tty->driver_data;
+	struct xy3_head *head = xy3_line_head(line);
+	unsigned int rate = tty_get_baud_rate(tty);
+
+	/* bits and parity are what they are */
+	tty_termios_copy_hw(&tty->termios, old);
+	if (!head)
+		return;
+	if (rate != tty_termios_baud_rate(old))
+		xy3_request_rate(head, rate);
+	xy3_show_rate(tty, xy3_get_rate(head));
+	put_device(&head->dev);
+}
+
+static const struct tty_operations xy3_tty_ops = {
+	.install = xy3_install,
+	.open = xy3_open,
+	.close = xy3_close,
+	.hangup = xy3_hangup,
+	.write = xy3_write,
+	.write_room = xy3_write_room,
+	.set_termios = xy3_set_termios,
+};
+
+/* ---- for the head ---- */
+
+/**
+ * xy3_tty_put() - give a packet to who reads the tty
+ * @head: the head; its lock is held
+ * @packet: the packet
+ * @size: its bytes
+ *
+ * Return: true; false when there is no room for the whole of it, and then nothing was given.
+ */
+bool xy3_tty_put(struct xy3_head *head, const u8 *packet, size_t size)
+{
+	struct tty_port *port = &xy3_lines[head->number]->port;
+
+	if (tty_buffer_request_room(port, size) < size)
+		return false;
+	tty_insert_flip_string(port, packet, size);
+	return true;
+}
+
+/**
+ * xy3_tty_push() - let the reader have what was given
+ * @head: the head; its lock is held
+ */
+void xy3_tty_push(struct xy3_head *head)
+{
+	tty_flip_buffer_push(&xy3_lines[head->number]->port);
+}
+
+/**
+ * xy3_tty_rate_work() - let the tty's speed be the rate in force
+ * @work: tty_rate_work of a head
+ */
+void xy3_tty_rate_work(struct work_struct *work)
+{
+	struct xy3_head *head = container_of(work, struct xy3_head, tty_rate_work);
+	struct tty_struct *tty = tty_port_tty_get(&xy3_lines[head->number]->port);
+
+	if (!tty)
+		return;
+	down_write(&tty->termios_rwsem);
+	xy3_show_rate(tty, xy3_get_rate(head));
+	up_write(&tty->termios_rwsem);
+	tty_kref_put(tty);
+}
+
+/**
+ * xy3_tty_identity() - the head has said who it is: names that depend on it are due
+ * @head: the head
+ */
+void xy3_tty_identity(struct xy3_head *head)
+{
+	kobject_uevent(&xy3_lines[head->number]->dev->kobj, KOBJ_CHANGE);
+}
+
+static struct xy3_line *xy3_line_new(void)
+{
+	struct xy3_line *line = kzalloc(sizeof(*line), GFP_KERNEL);
+
+	if (!line)
+		return NULL;
+	tty_port_init(&line->port);
+	line->port.ops = &xy3_port_ops;
+	spin_lock_init(&line->lock);
+	init_waitqueue_head(&line->hung);
+	return line;
+}
+
+/* A hangup never waits for the UART below, so that its tty may be locked here */
+static void xy3_wait_hung(struct xy3_line *line)
+{
+	wait_event_timeout(line->hung, !READ_ONCE(line->hanging), XY3_HANGUP_TIMEOUT);
+}
+
+/**
+ * xy3_tty_add() - make the tty of a new head
+ * @head: the head
+ *
+ * Return: 0 or an error.
+ */
+int xy3_tty_add(struct xy3_head *head)
+{
+	struct xy3_line *line = xy3_lines[head->number];
+	struct device *dev;
+
+	if (!line) {
+		line = xy3_line_new();
+		if (!line)
+			return -ENOMEM;
+		xy3_lines[head->number] = line;
+	}
+	xy3_wait_hung(line);
+	scoped_guard(spinlock_irqsave, &line->lock)
+		line->head = head;
+
+	dev = tty_port_register_device(&line->port, xy3_tty_driver, head->number, &head->dev);
+	if (IS_ERR(dev)) {
+		scoped_guard(spinlock_irqsave, &line->lock)
+			line->head = NULL;
+		return PTR_ERR(dev);
+	}
+	line->dev = dev;
+	return 0;
+}
+
+/**
+ * xy3_tty_remove() - hang the tty up and take it away
+ * @head: the head that goes
+ */
+void xy3_tty_remove(struct xy3_head *head)
+{
+	struct xy3_line *line = xy3_lines[head->number];
+	struct tty_struct *tty;
+
+	scoped_guard(spinlock_irqsave, &line->lock)
+		line->head = NULL;
+
+	/* not at once: the UART's tty is locked, and lockdep takes its lock for this one's */
+	tty = tty_port_tty_get(&line->port);
+	if (tty) {
+		scoped_guard(spinlock_irqsave, &line->lock)
+			line->hanging = true;
+		tty_hangup(tty);
+		tty_kref_put(tty);
+	}
+	tty_unregister_device(xy3_tty_driver, head->number);
+}
+
+/**
+ * xy3_tty_is_ours() - is it the driver of our own ttys
+ * @driver: a tty's driver
+ *
+ * Return: whether it is.
+ */
+bool xy3_tty_is_ours(const struct tty_driver *driver)
+{
+	return driver == xy3_tty_driver;
+}
+
+/**
+ * xy3_tty_init() - register the tty driver
+ *
+ * Return: 0 or an error.
+ */
+int __init xy3_tty_init(void)
+{
+	struct tty_driver *driver;
+	int err;
+
+	driver = tty_alloc_driver(XY3_HEADS_MAX, TTY_DRIVER_REAL_RAW | TTY_DRIVER_DYNAMIC_DEV |
+				  TTY_DRIVER_RESET_TERMIOS);
+	if (IS_ERR(driver))
+		return PTR_ERR(driver);
+
+	driver->driver_name = "xy3";
+	driver->name = "xy3-";
+	driver->type = TTY_DRIVER_TYPE_SERIAL;
+	driver->subtype = SERIAL_TYPE_NORMAL;
+	driver->init_termios = tty_std_termios;
+	driver->init_termios.c_iflag = 0;
+	driver->init_termios.c_oflag = 0;
+	driver->init_termios.c_lflag = 0;
+	driver->init_termios.c_cflag = B115200 | CS8 | CREAD | CLOCAL;
+	driver->init_termios.c_ispeed = XY3_RATE_DEFAULT;
+	driver->init_termios.c_ospeed = XY3_RATE_DEFAULT;
+	tty_set_operations(driver, &xy3_tty_ops);
+
+	err = tty_register_driver(driver);
+	if (err) {
+		tty_driver_kref_put(driver);
+		return err;
+	}
+	xy3_tty_driver = driver;
+	return 0;
+}
+
+/**
+ * xy3_tty_exit() - unregister the tty driver; there are no heads any more
+ */
+void xy3_tty_exit(void)
+{
+	tty_unregister_driver(xy3_tty_driver);
+	tty_driver_kref_put(xy3_tty_driver);
+	for (unsigned int i = 0; i < XY3_HEADS_MAX; i++)
+		if (xy3_lines[i])
+			tty_port_put(&xy3_lines[i]->port);
+}

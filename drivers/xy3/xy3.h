@@ -1,0 +1,294 @@
+/* SPDX-License-Identifier: GPL-2.0-only */
+/*
+ * XY3-100 scanhead driver: what its files share
+ *
+ *   UART -> xy3-ldisc or xy3-serdev -> xy3-back -> xy3-packet -> xy3-tty       -> /dev/xy3-<n>
+ *                                                             -> xy3-telemetry -> xy3-sysfs,
+ *                                                                xy3-hwmon, uevents
+ *   /dev/xy3-<n> -> xy3-tty, xy3-sysfs -> xy3-frame -> xy3-forward -> SPI
+ *
+ * Only xy3-ldisc and xy3-serdev know UARTs. xy3-head brings the two sides together.
+ */
+#ifndef XY3_H
+#define XY3_H
+
+#include <linux/device.h>
+#include <linux/mutex.h>
+#include <linux/spinlock.h>
+#include <linux/wait.h>
+#include <linux/workqueue.h>
+
+#include "xy3-frame.h"
+#include "xy3-packet.h"
+
+struct fwnode_handle;
+struct tty_driver;
+struct xy3_back;
+struct xy3_forward;
+struct xy3_head;
+
+#define XY3_HEADS_MAX	32
+
+/* ---- transports ---- */
+
+/**
+ * struct xy3_back_ops - what a UART can do for its head
+ * @set_rate: move the UART from one rate to another, in bit/s; may sleep. -EINVAL when it cannot;
+ *	      then it is where it was.
+ */
+struct xy3_back_ops {
+	int (*set_rate)(struct xy3_back *back, unsigned int was, unsigned int rate);
+};
+
+/**
+ * struct xy3_back - a backchannel: one UART
+ * @ops: what it can do
+ * @dev: its device, or NULL; its firmware node may name the forward channel of the same head
+ * @rate: bit/s that it listens at when it is attached
+ * @head: its head, between xy3_back_attach() and xy3_back_detach()
+ * @partner: firmware node of the forward channel that it belongs to, or NULL
+ */
+struct xy3_back {
+	const struct xy3_back_ops *ops;
+	struct device *dev;
+	unsigned int rate;
+	struct xy3_head *head;
+	struct fwnode_handle *partner;
+};
+
+int xy3_back_attach(struct xy3_back *back);
+void xy3_back_detach(struct xy3_back *back);
+
+/**
+ * struct xy3_forward_ops - what a forward channel can do for its head
+ * @command: queue whole command frames, each 3 or 4 bytes long, to be sent in this order; may be
+ *	     called in any context, and does not sleep. All or none of them are taken; -EAGAIN
+ *	     when there is no room for them.
+ * @drain: wait until all of them have been sent; may be NULL
+ */
+struct xy3_forward_ops {
+	int (*command)(struct xy3_forward *forward, const u8 *frames, size_t size);
+	int (*drain)(struct xy3_forward *forward);
+};
+
+/**
+ * struct xy3_forward - a forward channel: positions and commands to the head
+ * @ops: what it can do
+ * @dev: its device; the backchannel's firmware node may name its node
+ * @head: its head, between xy3_forward_attach() and xy3_forward_detach()
+ */
+struct xy3_forward {
+	const struct xy3_forward_ops *ops;
+	struct device *dev;
+	struct xy3_head *head;
+};
+
+int xy3_forward_attach(struct xy3_forward *forward);
+void xy3_forward_detach(struct xy3_forward *forward);
+size_t xy3_forward_unpack(const u8 *frames, size_t size, u32 *command);
+
+/* ---- the head ---- */
+
+/**
+ * enum xy3_text - what a head says about itself
+ * @XY3_VENDOR: who made it
+ * @XY3_MODEL: which model it is
+ * @XY3_FIRMWARE: version of its firmware
+ * @XY3_SERIAL: its serial number
+ * @XY3_TEXTS: number of texts
+ */
+enum xy3_text {
+	XY3_VENDOR,
+	XY3_MODEL,
+	XY3_FIRMWARE,
+	XY3_SERIAL,
+	XY3_TEXTS
+};
+
+/**
+ * struct xy3_telemetry - what a head has reported last
+ * @text: by enum xy3_text; empty until reported
+ * @temperatures: components in the newest temperature packet
+ * @temperature: by enum xy3_component, in 1/100 degree Celsius, or XY3_TEMPERATURE_NONE
+ * @errors: components in the newest error state packet
+ * @error: by enum xy3_component: enum xy3_error
+ * @hour_counts: components in the newest hours packet
+ * @hours: by enum xy3_component, or XY3_HOURS_NONE
+ * @frame_error_counts: axes in the newest frame error packet: all or none
+ * @frame_errors: by enum xy3_axis
+ */
+struct xy3_telemetry {
+	char text[XY3_TEXTS][XY3_TEXT_MAX + 1];
+	unsigned int temperatures;
+	s16 temperature[XY3_COMPONENTS];
+	unsigned int errors;
+	u8 error[XY3_COMPONENTS];
+	unsigned int hour_counts;
+	u32 hours[XY3_COMPONENTS];
+	unsigned int frame_error_counts;
+	u32 frame_errors[XY3_AXES];
+};
+
+/**
+ * struct xy3_news - what user space has yet to be told of
+ * @errors: components whose error has changed, by bit
+ * @sync: in_sync has changed
+ * @identity: a text has changed
+ * @thermometers: components that have reported a temperature, by bit
+ * @next: jiffies before which nothing more is told
+ * @work: the one who tells
+ */
+struct xy3_news {
+	u32 errors;
+	bool sync;
+	bool identity;
+	u32 thermometers;
+	unsigned long next;
+	struct delayed_work work;
+};
+
+/**
+ * struct xy3_autobaud - the search for a head's rate
+ * @on: search whenever sync is lost
+ * @moved: the UART was moved since sync was lost
+ * @index: of the rate that is listened to now, for xy3_rate()
+ * @first: index of the rate that begins a round
+ * @round: how often all rates have been tried
+ * @line_errors: since the UART was moved
+ * @bytes: since the UART was moved
+ * @work: moves on
+ */
+struct xy3_autobaud {
+	bool on;
+	bool moved;
+	unsigned int index;
+	unsigned int first;
+	unsigned int round;
+	unsigned int line_errors;
+	size_t bytes;
+	struct delayed_work work;
+};
+
+/**
+ * struct xy3_head - a scanhead
+ * @dev: its device, of class xy3
+ * @number: n of xy3-<n>
+ * @node: in the list of heads, under the lock of xy3-head.c
+ *
+ * @rate_lock: held while the rate is changed, and while @back or @forward is set. Taken before
+ *	the other two locks, and never where the settings of a tty are locked
+ * @back: its backchannel, or NULL
+ * @rate: bit/s that @back listens at, 0 without one; read without a lock
+ * @parting: a transport goes, and wants @rate_lock: nobody is to wait for the head any more
+ * @resync: where who changes the rate waits for sync, or for @parting
+ *
+ * @forward_lock: protects @forward
+ * @forward: its forward channel, or NULL
+ *
+ * @lock: protects all that follows up to @tty_rate_work; taken for each piece of data that comes,
+ *	never held while the UART is moved or a device is registered
+ * @gone: going away: no work is queued any more
+ * @parser: packets of the stream
+ * @order: byte order of numbers
+ * @telemetry: what was reported
+ * @news: what has changed
+ * @autobaud: the search for the rate
+ * @tty_open: somebody has the tty open, and packets go there
+ * @syncs: sync packets
+ * @line_errors: bytes that the UART has flagged
+ * @lost_packets: packets that found no room in the tty
+ *
+ * @tty_rate_work: tells the tty that the rate has changed
+ * @hwmon: worker of @news only, and its last user: the hwmon device, or NULL
+ * @hwmon_thermometers: likewise: components that @hwmon shows, by bit
+ */
+struct xy3_head {
+	struct device dev;
+	unsigned int number;
+	struct list_head node;
+
+	struct mutex rate_lock;		/* see above */
+	struct xy3_back *back;
+	unsigned int rate;
+	bool parting;
+	wait_queue_head_t resync;
+
+	spinlock_t forward_lock;	/* see above */
+	struct xy3_forward *forward;
+
+	struct mutex lock;		/* see above */
+	bool gone;
+	struct xy3_parser parser;
+	enum xy3_byte_order order;
+	struct xy3_telemetry telemetry;
+	struct xy3_news news;
+	struct xy3_autobaud autobaud;
+	bool tty_open;
+	u64 syncs;
+	u64 line_errors;
+	u64 lost_packets;
+
+	struct work_struct tty_rate_work;
+	struct device *hwmon;
+	u32 hwmon_thermometers;
+};
+
+static inline struct xy3_head *to_xy3_head(struct device *dev)
+{
+	return container_of(dev, struct xy3_head, dev);
+}
+
+/* xy3-head.c */
+int xy3_head_init(void);
+void xy3_head_exit(void);
+int xy3_choice_show(char *buf);
+int xy3_choice_store(const char *buf);
+
+/* xy3-back.c */
+void xy3_back_receive(struct xy3_back *back, const u8 *data, const u8 *flags, size_t size);
+void xy3_back_rate_changed(struct xy3_back *back, unsigned int rate);
+int xy3_set_rate(struct xy3_head *head, unsigned int rate);
+unsigned int xy3_get_rate(const struct xy3_head *head);
+void xy3_set_autobaud(struct xy3_head *head, bool on);
+void xy3_autobaud_init(struct xy3_head *head);
+void xy3_autobaud_start(struct xy3_head *head);
+bool xy3_rate_close(unsigned int rate, unsigned int wanted);
+
+/* xy3-forward.c */
+int xy3_send_frames(struct xy3_head *head, const u8 *frames, size_t size);
+int xy3_send_command(struct xy3_head *head, u32 command);
+
+/* xy3-telemetry.c */
+void xy3_telemetry_init(struct xy3_head *head);
+void xy3_telemetry_packet(struct xy3_head *head, const struct xy3_packet *packet);
+void xy3_telemetry_forget(struct xy3_head *head);
+void xy3_telemetry_forget_numbers(struct xy3_head *head);
+void xy3_news_later(struct xy3_head *head);
+
+/* xy3-hwmon.c */
+void xy3_hwmon_update(struct xy3_head *head, u32 thermometers);
+void xy3_hwmon_remove(struct xy3_head *head);
+
+/* xy3-sysfs.c */
+extern const struct attribute_group *xy3_head_groups[];
+extern const struct attribute_group *xy3_class_groups[];
+void xy3_sysfs_init(void);
+
+/* xy3-tty.c */
+int xy3_tty_init(void);
+void xy3_tty_exit(void);
+int xy3_tty_add(struct xy3_head *head);
+void xy3_tty_remove(struct xy3_head *head);
+bool xy3_tty_is_ours(const struct tty_driver *driver);
+bool xy3_tty_put(struct xy3_head *head, const u8 *packet, size_t size);
+void xy3_tty_push(struct xy3_head *head);
+void xy3_tty_rate_work(struct work_struct *work);
+void xy3_tty_identity(struct xy3_head *head);
+
+/* xy3-ldisc.c, xy3-serdev.c */
+int xy3_ldisc_init(void);
+void xy3_ldisc_exit(void);
+int xy3_serdev_init(void);
+void xy3_serdev_exit(void);
+
+#endif /* XY3_H */
