@@ -1,0 +1,362 @@
+/* SPDX-License-Identifier: GPL-2.0-only */
+/*
+ * What a scanhead's driver hangs between, for its KUnit suites: the common part
+ *
+ *   journal          writes down, in one order, what reaches the forward channel and the UART
+ *   struct forward   a forward channel that takes command frames, or refuses them
+ *   struct talker    sends sync packets to a UART that listens at its rate
+ *   heads            found by name, as users see them; their attributes, called as sysfs does
+ *
+ * Included by one file of a module only, so all of it is static. Of the driver's symbols only the
+ * two for forward channels are used; its structures are looked at where no attribute shows them.
+ */
+#ifndef XY3_RIG_H
+#define XY3_RIG_H
+
+#include <kunit/device.h>
+#include <kunit/test.h>
+#include <linux/device.h>
+#include <linux/ktime.h>
+#include <linux/of.h>
+#include <linux/slab.h>
+#include <linux/spinlock.h>
+#include <linux/sysfs.h>
+#include <linux/tty.h>
+#include <linux/wait.h>
+
+#include "xy3.h"
+
+#define JOURNAL_MAX	64
+
+/* Bytes of a stream */
+#define SYNC		0x48, 0x41, 0x00
+#define TEXT_PACKET(type, length)	0x48, (type), (length)
+
+/* ---- the journal ---- */
+
+enum event {
+	NOTHING,
+	FRAME,		/* the forward channel was given this frame */
+	NO_FRAME,	/* ... and refused it */
+	UART,		/* the UART has moved to this rate */
+	NO_UART		/* the UART was asked for this rate, and cannot */
+};
+
+struct entry {
+	enum event event;
+	u32 value;
+	s64 ms;
+};
+
+static DEFINE_SPINLOCK(journal_lock);
+static struct entry journal[JOURNAL_MAX];
+static unsigned int journal_count;
+static DECLARE_WAIT_QUEUE_HEAD(journal_grown);
+
+static void note(enum event event, u32 value)
+{
+	scoped_guard(spinlock_irqsave, &journal_lock) {
+		if (journal_count < JOURNAL_MAX)
+			journal[journal_count] = (struct entry){ event, value,
+								 ktime_to_ms(ktime_get()) };
+		journal_count++;
+	}
+	wake_up(&journal_grown);
+}
+
+static inline unsigned int journal_length(void)
+{
+	guard(spinlock_irqsave)(&journal_lock);
+	return journal_count;
+}
+
+/* Wait until there are @n entries */
+static inline bool wait_journal(unsigned int n)
+{
+	return wait_event_timeout(journal_grown, journal_length() >= n, 200 * HZ);
+}
+
+static void forget_journal(void)
+{
+	guard(spinlock_irqsave)(&journal_lock);
+	journal_count = 0;
+}
+
+static void expect_journal(struct kunit *test, const struct entry *want, unsigned int n)
+{
+	struct entry got[JOURNAL_MAX];
+	unsigned int count;
+
+	scoped_guard(spinlock_irqsave, &journal_lock) {
+		memcpy(got, journal, sizeof(got));
+		count = journal_count;
+		journal_count = 0;
+	}
+	KUNIT_EXPECT_EQ(test, count, n);
+	for (unsigned int i = 0; i < min3(count, n, JOURNAL_MAX); i++)
+		KUNIT_EXPECT_TRUE_MSG(test, got[i].event == want[i].event &&
+				      got[i].value == want[i].value,
+				      "entry %u is %d/%u (%xh), not %d/%u (%xh)", i,
+				      got[i].event, got[i].value, got[i].value,
+				      want[i].event, want[i].value, want[i].value);
+}
+
+#define EXPECT_JOURNAL(test, ...) do {							\
+	static const struct entry __want[] = { __VA_ARGS__ };				\
+											\
+	expect_journal(test, __want, ARRAY_SIZE(__want));				\
+} while (0)
+
+static void expect_no_entry(struct kunit *test)
+{
+	expect_journal(test, NULL, 0);
+}
+
+/* ---- forward channels ---- */
+
+/**
+ * struct forward - a forward channel
+ * @xy3: as the driver knows it
+ * @error: what to refuse frames with, when it is not 0
+ */
+struct forward {
+	struct xy3_forward xy3;
+	int error;
+};
+
+static unsigned int rig_numbers;	/* names of devices and nodes have to differ */
+
+static int forward_command(struct xy3_forward *xy3, const u8 *frames, size_t size)
+{
+	struct forward *forward = container_of(xy3, struct forward, xy3);
+
+	while (size) {
+		unsigned int length = frames[0] & 0x80 ? 4 : 3;
+		u32 frame = 0;
+
+		for (unsigned int i = 0; i < length && size; i++, size--)
+			frame = frame << 8 | *frames++;
+		note(forward->error ? NO_FRAME : FRAME, frame);
+	}
+	return forward->error;
+}
+
+static const struct xy3_forward_ops forward_ops = {
+	.command = forward_command,
+};
+
+static bool forward_attached(const struct forward *forward)
+{
+	return forward->xy3.head;
+}
+
+static void forward_leave(void *data)
+{
+	struct forward *forward = data;
+
+	if (forward_attached(forward))
+		xy3_forward_detach(&forward->xy3);
+}
+
+/* A forward channel that is not attached yet; @np is its firmware node, or NULL */
+static struct forward *forward_make(struct kunit *test, struct device_node *np)
+{
+	struct forward *forward = kunit_kzalloc(test, sizeof(*forward), GFP_KERNEL);
+	char name[32];
+
+	KUNIT_ASSERT_NOT_NULL(test, forward);
+	snprintf(name, sizeof(name), "xy3-rig-forward%u", rig_numbers++);
+	forward->xy3.ops = &forward_ops;
+	forward->xy3.dev = kunit_device_register(test, name);
+	KUNIT_ASSERT_NOT_ERR_OR_NULL(test, forward->xy3.dev);
+	if (np)
+		device_set_node(forward->xy3.dev, of_fwnode_handle(np));
+	KUNIT_ASSERT_EQ(test, 0, kunit_add_action_or_reset(test, forward_leave, forward));
+	return forward;
+}
+
+static struct forward *forward_come(struct kunit *test)
+{
+	struct forward *forward = forward_make(test, NULL);
+
+	KUNIT_ASSERT_EQ(test, 0, xy3_forward_attach(&forward->xy3));
+	return forward;
+}
+
+/* ---- a head that talks ---- */
+
+/**
+ * struct talker - sends sync packets now and then
+ * @say: sends them to @data, if that listens at the rate
+ * @data: a UART
+ * @rate: in bit/s
+ * @work: does it
+ */
+struct talker {
+	void (*say)(void *data, unsigned int rate);
+	void *data;
+	unsigned int rate;
+	struct delayed_work work;
+};
+
+static void talker_work(struct work_struct *work)
+{
+	struct talker *talker = container_of(to_delayed_work(work), struct talker, work);
+
+	talker->say(talker->data, READ_ONCE(talker->rate));
+	schedule_delayed_work(&talker->work, HZ / 10);
+}
+
+static void talker_stop(void *data)
+{
+	struct talker *talker = data;
+
+	cancel_delayed_work_sync(&talker->work);
+}
+
+static inline struct talker *talker_start(struct kunit *test,
+					  void (*say)(void *data, unsigned int rate), void *data,
+					  unsigned int rate)
+{
+	struct talker *talker = kunit_kzalloc(test, sizeof(*talker), GFP_KERNEL);
+
+	KUNIT_ASSERT_NOT_NULL(test, talker);
+	talker->say = say;
+	talker->data = data;
+	talker->rate = rate;
+	INIT_DELAYED_WORK(&talker->work, talker_work);
+	schedule_delayed_work(&talker->work, 0);
+	KUNIT_ASSERT_EQ(test, 0, kunit_add_action_or_reset(test, talker_stop, talker));
+	return talker;
+}
+
+/* ---- heads ---- */
+
+static const struct class *xy3_class;
+static char *rig_page;		/* what attributes are shown in */
+
+/* The head of that number, or NULL; it stays as long as one of its transports does */
+static inline struct xy3_head *head_of_number(unsigned int number)
+{
+	struct device *dev;
+	char name[16];
+
+	snprintf(name, sizeof(name), "xy3-%u", number);
+	dev = class_find_device_by_name(xy3_class, name);
+	put_device(dev);
+	return dev ? to_xy3_head(dev) : NULL;
+}
+
+static int count_head(struct device *dev, void *data)
+{
+	++*(unsigned int *)data;
+	return 0;
+}
+
+static unsigned int heads(void)
+{
+	unsigned int count = 0;
+
+	class_for_each_device(xy3_class, NULL, &count, count_head);
+	return count;
+}
+
+/* @path is as below the head's directory: NAME or GROUP/NAME */
+static struct attribute *find_attribute(const struct attribute_group **groups, const char *path)
+{
+	const char *slash = strchr(path, '/');
+	size_t length = slash ? slash - path : 0;
+
+	for (; *groups; groups++) {
+		const char *group = (*groups)->name ?: "";
+
+		if (strlen(group) != length || strncmp(group, path, length))
+			continue;
+		for (struct attribute **attr = (*groups)->attrs; *attr; attr++)
+			if (!strcmp((*attr)->name, slash ? slash + 1 : path))
+				return *attr;
+	}
+	return NULL;
+}
+
+static ssize_t show_in(struct device *dev, const struct attribute_group **groups,
+		       const char *path)
+{
+	struct attribute *attr = find_attribute(groups, path);
+	struct device_attribute *device_attr;
+
+	rig_page[0] = '\0';
+	if (!attr)
+		return -ENOENT;
+	device_attr = container_of(attr, struct device_attribute, attr);
+	if (!device_attr->show)
+		return -EACCES;
+	return device_attr->show(dev, device_attr, rig_page);
+}
+
+static ssize_t show(struct xy3_head *head, const char *path)
+{
+	return show_in(&head->dev, head->dev.class->dev_groups, path);
+}
+
+/* 0 when all of @text was taken, or the error */
+static int store(struct xy3_head *head, const char *path, const char *text)
+{
+	struct attribute *attr = find_attribute(head->dev.class->dev_groups, path);
+	struct device_attribute *device_attr;
+	ssize_t taken;
+
+	if (!attr)
+		return -ENOENT;
+	device_attr = container_of(attr, struct device_attribute, attr);
+	if (!device_attr->store)
+		return -EACCES;
+	taken = device_attr->store(&head->dev, device_attr, text, strlen(text));
+	return taken < 0 ? taken : taken != strlen(text) ? -EIO : 0;
+}
+
+#define EXPECT_SHOWS(test, head, path, text) do {					\
+	ssize_t __length = show(head, path);						\
+											\
+	KUNIT_EXPECT_GT_MSG(test, __length, 0, "%s", path);				\
+	KUNIT_EXPECT_STREQ_MSG(test, rig_page, text "\n", "%s", path);			\
+} while (0)
+
+#define EXPECT_SHOWS_ERROR(test, head, path, error)					\
+	KUNIT_EXPECT_EQ_MSG(test, show(head, path), (ssize_t)(error), "%s", path)
+
+/* ---- the suite ---- */
+
+static int rig_suite_init(void)
+{
+	struct forward forward = { .xy3 = { .ops = &forward_ops } };
+	struct device *parent = root_device_register("xy3-rig");
+	int err;
+
+	if (IS_ERR(parent))
+		return PTR_ERR(parent);
+	rig_page = (char *)get_zeroed_page(GFP_KERNEL);
+	if (!rig_page) {
+		root_device_unregister(parent);
+		return -ENOMEM;
+	}
+	/* the class has no other way out than by a head */
+	forward.xy3.dev = parent;
+	err = xy3_forward_attach(&forward.xy3);
+	if (!err) {
+		xy3_class = forward.xy3.head->dev.class;
+		xy3_forward_detach(&forward.xy3);
+	}
+	root_device_unregister(parent);
+	if (err)
+		free_page((unsigned long)rig_page);
+	return err;
+}
+
+static void rig_suite_exit(void)
+{
+	free_page((unsigned long)rig_page);
+	rig_page = NULL;
+}
+
+#endif /* XY3_RIG_H */
