@@ -6,7 +6,6 @@ The tests run as root of the test kernel (kunit/uml/run), never on the machine i
 is the path of hid-xhc.ko.
 """
 
-import ctypes
 import errno
 import os
 import select
@@ -15,6 +14,8 @@ import time
 import unittest
 
 import libevdev
+
+from kernel import is_loaded, load_module, read_file, unload_module, write_file
 
 HERE = os.path.dirname(os.path.realpath(__file__))
 sys.path.insert(0, os.path.join(HERE, '..', '..', 'xhc-sim'))
@@ -28,49 +29,20 @@ MODULE_FILE = os.environ.get('XHC_MODULE', '')
 DRIVER_DIR = '/sys/bus/hid/drivers/hid-xhc'
 PARAMETER = '/sys/module/hid_xhc/parameters/swap_feed_spindle'
 
-SYS_FINIT_MODULE, SYS_DELETE_MODULE = 313, 176      # x86_64, the only one that UML has
-_libc = ctypes.CDLL(None, use_errno=True)
-
 KEY = ['BTN_TRIGGER_HAPPY%d' % number for number in range(41)]
 POSITIONS = ['off', 'X', 'Y', 'Z', 'A', 'feed', 'spindle']
 
 
-def _checked(result):
-    if result < 0:
-        code = ctypes.get_errno()
-        raise OSError(code, os.strerror(code))
-
-
 def load(parameters=''):
-    """insmod in this very process, so that fail-nth counts its allocations."""
-    fd = os.open(MODULE_FILE, os.O_RDONLY | os.O_CLOEXEC)
-    try:
-        _checked(_libc.syscall(SYS_FINIT_MODULE, fd, parameters.encode(), 0))
-    finally:
-        os.close(fd)
+    load_module(MODULE_FILE, parameters)
 
 
 def unload():
-    """rmmod"""
-    _checked(_libc.syscall(SYS_DELETE_MODULE, MODULE.encode(), os.O_NONBLOCK))
+    unload_module(MODULE)
 
 
 def loaded():
-    return os.path.isdir('/sys/module/' + MODULE)
-
-
-def read_file(path):
-    with open(path, encoding='utf-8') as file:
-        return file.read()
-
-
-def write_file(path, text):
-    """One write(), whose error is raised as OSError."""
-    fd = os.open(path, os.O_WRONLY | os.O_CLOEXEC)
-    try:
-        os.write(fd, text.encode())
-    finally:
-        os.close(fd)
+    return is_loaded(MODULE)
 
 
 class Eyes:

@@ -1,92 +1,21 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Each allocation fails once: on the way through probe, a write to dro/, and insmod.
 
-/proc/self/task/*/fail-nth lets the n-th allocation of this thread fail.  For n = 1, 2, 3, ...
-until there is no n-th one any more, the call either works or fails cleanly; KASAN, lockdep and
-kmemleak watch, and in the end all works as before.
+For n = 1, 2, 3, ... the n-th allocation of a call fails, until there is no n-th one any more; the
+call either works or fails cleanly. KASAN, lockdep and kmemleak watch, and in the end all works as
+before.
 """
 
-import errno
-import functools
 import os
 import sys
-import threading
 
 import rig
 import runner
+from failslab import FAILSLAB, function_range, module_range, setup_failslab, walk
 from hid_gadget import HidGadgetPendant
 from rig import Case, pressed, read_file, released, write_file
 from xhc_sim import find
 from xhc_sim.uhid import UhidPendant
-
-FAILSLAB = '/sys/kernel/debug/failslab/'
-ENOUGH = 5000               # nothing here allocates more often than that
-ALL_CODE = (0, (1 << 64) - 1)
-
-
-def setup_failslab(start=ALL_CODE[0], end=ALL_CODE[1]):
-    """start, end: only allocations whose call path goes through this piece of code may fail.
-
-    Never those of vmalloc(), which prints a call trace when it fails.
-    """
-    spared = function_range('__vmalloc_node_range_noprof')
-    for name, value in (('probability', '0'), ('ignore-gfp-wait', 'N'), ('verbose', '0'),
-                        ('times', '-1'), ('stacktrace-depth', '32'),
-                        ('require-start', '%#x' % start), ('require-end', '%#x' % end),
-                        ('reject-start', '%#x' % spared[0]), ('reject-end', '%#x' % spared[1])):
-        write_file(FAILSLAB + name, value)
-
-
-@functools.cache
-def function_range(name):
-    """-> (start, end) of a function of the kernel"""
-    with open('/proc/kallsyms', encoding='ascii') as symbols:
-        rows = sorted((int(row[0], 16), row[2]) for row in map(str.split, symbols)
-                      if len(row) == 3 and row[1] in 'tT')
-    start = next(address for address, symbol in rows if symbol == name)
-    return start, next(address for address, _ in rows if address > start)
-
-
-class FailNth:
-    """with FailNth(n) as fault: ... ; then fault.struck tells whether there was an n-th one."""
-
-    def __init__(self, number):
-        self.number = number
-        self.struck = False
-        self.fd = os.open('/proc/self/task/%d/fail-nth' % threading.get_native_id(), os.O_RDWR)
-
-    def __enter__(self):
-        os.pwrite(self.fd, b'%d' % self.number, 0)
-        return self
-
-    def __exit__(self, *_):
-        left = os.pread(self.fd, 32, 0).split()[0].rstrip(b'\0')
-        os.pwrite(self.fd, b'0', 0)
-        os.close(self.fd)
-        self.struck = left == b'0'
-
-
-def walk(attempt, after):
-    """attempt() under each fault in turn, after(error or None) behind each.
-
-    -> (number of allocations that failed, {error: how often})
-    """
-    outcomes = {}
-    for number in range(1, ENOUGH):
-        fault, failure = FailNth(number), None
-        with fault:
-            try:
-                attempt()
-            except OSError as error:
-                failure = error
-        name = errno.errorcode[failure.errno] if failure else 'ok'
-        if fault.struck:
-            outcomes[name] = outcomes.get(name, 0) + 1
-        after(failure)
-        if not fault.struck:
-            return number - 1, outcomes
-    raise AssertionError('no end after %d allocations' % ENOUGH)
-
 
 class FaultCase(Case):
     def plug_gadget(self, model='HB04'):
@@ -261,13 +190,8 @@ class Worker(FaultCase):
         super().setUp()
         self.addCleanup(setup_failslab)
 
-    @staticmethod
-    def driver_range():
-        start = int(read_file('/sys/module/hid_xhc/sections/.text'), 16)
-        return start, start + int(read_file('/sys/module/hid_xhc/coresize'))
-
     def frames(self, pendant):
-        setup_failslab(*self.driver_range())
+        setup_failslab(*module_range(rig.MODULE))
         write_file(FAILSLAB + 'probability', '5')
         results = [pendant.set_error('flush', '1') for _ in range(60)]
         setup_failslab()
@@ -288,7 +212,7 @@ class Worker(FaultCase):
     def test_events(self):
         """Reports need no memory."""
         pendant = self.plug()
-        setup_failslab(*self.driver_range())
+        setup_failslab(*module_range(rig.MODULE))
         write_file(FAILSLAB + 'probability', '100')
         for code in range(1, 0x18):
             pendant.report(code)

@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""Allocations that fail on demand.
+
+/proc/self/task/*/fail-nth lets the n-th allocation of this thread fail; /sys/kernel/debug/failslab
+lets them fail at random, in whatever thread.
+"""
+
+import errno
+import functools
+import os
+import threading
+
+from kernel import read_file, write_file
+
+FAILSLAB = '/sys/kernel/debug/failslab/'
+ENOUGH = 5000               # nothing here allocates more often than that
+ALL_CODE = (0, (1 << 64) - 1)
+
+
+def setup_failslab(start=ALL_CODE[0], end=ALL_CODE[1]):
+    """start, end: only allocations whose call path goes through this piece of code may fail.
+
+    Never those of vmalloc(), which prints a call trace when it fails.
+    """
+    spared = function_range('__vmalloc_node_range_noprof')
+    for name, value in (('probability', '0'), ('ignore-gfp-wait', 'N'), ('verbose', '0'),
+                        ('times', '-1'), ('stacktrace-depth', '32'),
+                        ('require-start', '%#x' % start), ('require-end', '%#x' % end),
+                        ('reject-start', '%#x' % spared[0]), ('reject-end', '%#x' % spared[1])):
+        write_file(FAILSLAB + name, value)
+
+
+@functools.cache
+def function_range(name):
+    """-> (start, end) of a function of the kernel"""
+    with open('/proc/kallsyms', encoding='ascii') as symbols:
+        rows = sorted((int(row[0], 16), row[2]) for row in map(str.split, symbols)
+                      if len(row) == 3 and row[1] in 'tT')
+    start = next(address for address, symbol in rows if symbol == name)
+    return start, next(address for address, _ in rows if address > start)
+
+
+class FailNth:
+    """with FailNth(n) as fault: ... ; then fault.struck tells whether there was an n-th one."""
+
+    def __init__(self, number):
+        self.number = number
+        self.struck = False
+        self.fd = os.open('/proc/self/task/%d/fail-nth' % threading.get_native_id(), os.O_RDWR)
+
+    def __enter__(self):
+        os.pwrite(self.fd, b'%d' % self.number, 0)
+        return self
+
+    def __exit__(self, *_):
+        left = os.pread(self.fd, 32, 0).split()[0].rstrip(b'\0')
+        os.pwrite(self.fd, b'0', 0)
+        os.close(self.fd)
+        self.struck = left == b'0'
+
+
+def walk(attempt, after):
+    """attempt() under each fault in turn, after(error or None) behind each.
+
+    -> (number of allocations that failed, {error: how often})
+    """
+    outcomes = {}
+    for number in range(1, ENOUGH):
+        fault, failure = FailNth(number), None
+        with fault:
+            try:
+                attempt()
+            except OSError as error:
+                failure = error
+        name = errno.errorcode[failure.errno] if failure else 'ok'
+        if fault.struck:
+            outcomes[name] = outcomes.get(name, 0) + 1
+        after(failure)
+        if not fault.struck:
+            return number - 1, outcomes
+    raise AssertionError('no end after %d allocations' % ENOUGH)
+
+
+def module_range(name):
+    """-> (start, end) of a module's code"""
+    start = int(read_file('/sys/module/%s/sections/.text' % name), 16)
+    return start, start + int(read_file('/sys/module/%s/coresize' % name))

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""The kernel under test: modules that come and go, its files, what it says."""
+
+import ctypes
+import os
+import time
+
+SYS_FINIT_MODULE, SYS_DELETE_MODULE = 313, 176      # x86_64, the only one that UML has
+_libc = ctypes.CDLL(None, use_errno=True)
+
+
+def syscall(*arguments):
+    """OSError if it fails."""
+    result = _libc.syscall(*arguments)
+    if result < 0:
+        code = ctypes.get_errno()
+        raise OSError(code, os.strerror(code))
+    return result
+
+
+def load_module(path, parameters=''):
+    """insmod in this very process, so that fail-nth counts its allocations."""
+    fd = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
+    try:
+        syscall(SYS_FINIT_MODULE, fd, parameters.encode(), 0)
+    finally:
+        os.close(fd)
+
+
+def unload_module(name):
+    """rmmod"""
+    syscall(SYS_DELETE_MODULE, name.encode(), os.O_NONBLOCK)
+
+
+def is_loaded(name):
+    return os.path.isdir('/sys/module/' + name)
+
+
+def read_file(path):
+    with open(path, encoding='utf-8') as file:
+        return file.read()
+
+
+def write_file(path, text):
+    """One write(), whose error is raised as OSError."""
+    fd = os.open(path, os.O_WRONLY | os.O_CLOEXEC)
+    try:
+        os.write(fd, text.encode())
+    finally:
+        os.close(fd)
+
+
+def wait(condition, timeout=10.0, step=0.005):
+    """Waits until condition() gives something true, or the time is up. -> what it gave last"""
+    deadline = time.monotonic() + timeout
+    while True:
+        result = condition()
+        if result or time.monotonic() >= deadline:
+            return result
+        time.sleep(step)

@@ -1,0 +1,236 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""Each allocation fails once: on the way through attach, detach, open, the attributes and insmod.
+
+For n = 1, 2, 3, ... the n-th allocation of a call fails, until there is no n-th one any more; the
+call either works or fails cleanly. KASAN, lockdep and kmemleak watch, and in the end all works as
+before.
+"""
+
+import os
+import sys
+
+import head_rig
+import kernel
+import runner
+from failslab import FAILSLAB, function_range, module_range, setup_failslab, walk
+from head_rig import LDISC, N_TTY, Case, Pty, get_speed, heads, set_ldisc, set_speed, wait
+from kernel import read_file, write_file
+from xy3_head_sim import wire
+
+
+class Walk(Case):
+    def setUp(self):
+        super().setUp()
+        setup_failslab()
+
+    def report(self, what, count, outcomes):
+        print('    %s: %d allocations failed: %s' % (what, count, ', '.join(
+            '%s %d' % item for item in sorted(outcomes.items()))))
+
+    def works(self, head):
+        """All of it, with memory."""
+        reader = head.open()
+        head.send(head_rig.GOOD + wire.vendor('ACME') + wire.temperatures([2500]))
+        self.assertEqual(reader.take(18), head_rig.GOOD + wire.vendor('ACME') +
+                         wire.temperatures([2500]))
+        self.assertEqual(head.get('vendor'), 'ACME')
+        self.assertTrue(wait(lambda: head.hwmon().get('temp1_input') == '25000'))
+        reader.close()
+
+    def test_attach(self):
+        uart = self.closing(Pty())
+        attached = []
+
+        def after(failure):
+            self.assertEqual(len(heads()), int(failure is None), failure)
+            self.assertEqual(os.path.exists('/dev/xy3-0'), failure is None)
+            if failure is None:
+                attached.append(True)
+                set_ldisc(uart.slave, N_TTY)
+            else:                               # still the tty that it was
+                os.write(uart.slave, b'x')
+                self.assertEqual(os.read(uart.master, 9), b'x')
+
+        count, outcomes = walk(lambda: set_ldisc(uart.slave, LDISC), after)
+        self.report('attach', count, outcomes)
+        self.assertGreater(count, 100)
+        self.assertGreater(outcomes.get('ENOMEM', 0), 50)
+        self.assertTrue(attached)
+        self.works(self.attach(uart))
+
+    def test_detach(self):
+        """Going away must not need memory."""
+        head = self.synced()
+        head.send(wire.temperatures([2500]))
+        self.assertTrue(wait(head.hwmon))
+
+        def after(failure):
+            self.assertIsNone(failure)
+            self.assertTrue(head.gone())
+            head.attach()
+
+        count, outcomes = walk(head.detach, after)
+        self.report('detach', count, outcomes)
+        self.works(head)
+
+    def test_hangup(self):
+        """The same, with a reader, and with the tty of the head to be hung up."""
+        ends = []
+
+        def attempt():
+            ends[-1][0].uart.cut()
+
+        def come():
+            head = head_rig.Head().attach()
+            ends.append((head, head.open()))
+
+        def after(failure):
+            self.assertIsNone(failure)
+            head, reader = ends.pop()
+            self.assertEqual(reader.read(), b'')
+            head.close()
+            come()
+
+        come()
+        count, outcomes = walk(attempt, after)
+        self.report('hangup', count, outcomes)
+        self.works(ends[-1][0])
+        ends[-1][0].close()
+
+    def test_open_and_speed(self):
+        head = self.synced()
+
+        def attempt():
+            fd = os.open(head.node, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+            try:
+                set_speed(fd, 230400 if get_speed(fd) == 115200 else 115200)
+            finally:
+                os.close(fd)
+
+        count, outcomes = walk(attempt, lambda failure: None)
+        self.report('open', count, outcomes)
+        self.assertGreater(outcomes.get('ENOMEM', 0), 1)
+        self.works(head)
+
+    def test_write_to_the_tty(self):
+        head = self.synced()
+        frame = wire.command_frame('calibrate')
+        errors = set()
+
+        def attempt():
+            fd = os.open(head.node, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+            try:
+                errors.add(head_rig.error_name(os.write, fd, frame))
+            finally:
+                os.close(fd)
+
+        count, outcomes = walk(attempt, lambda failure: None)
+        self.report('write', count, outcomes)
+        self.assertIn('ENODEV', errors)
+        self.assertLessEqual(errors, {'ENODEV', 'ENOMEM'})
+        self.works(head)
+
+    def test_attributes(self):
+        """A write that fails changes nothing, a read works the next time."""
+        head = self.synced()
+        head.send(wire.vendor('ACME') + wire.errors([1]) + wire.hours([5]))
+        total = 0
+        for name, old, new in (('rate', '115200', '230400'), ('autobaud', '0', '1'),
+                               ('byte_order', 'little', 'big')):
+            head.set(name, old)
+
+            def after(failure, name=name, old=old, new=new):
+                self.assertEqual(head.get(name), old if failure else new)
+                head.set(name, old)
+
+            path = '%s/%s' % (head.path, name)
+            count, outcomes = walk(lambda path=path, new=new: write_file(path, new), after)
+            self.report(name, count, outcomes)
+            total += count
+        self.assertGreater(total, 3)
+        for name in ('vendor', 'errors/head', 'stats/rx_bytes', 'in_sync'):
+            good, path = head.get(name), '%s/%s' % (head.path, name)
+            walk(lambda path=path: read_file(path),
+                 lambda failure, name=name, good=good: self.assertEqual(head.get(name), good))
+        self.works(head)
+
+    def test_insmod(self):
+        """Only what init does may fail: in load_module(), before it, the kernel warns when there
+        is no memory for a tracepoint's description.
+        """
+        head_rig.unload()
+
+        def after(failure):
+            self.assertEqual(kernel.is_loaded(head_rig.MODULE), failure is None, failure)
+            self.assertEqual(os.path.isdir(head_rig.CLASS), failure is None)
+            for path in ('/proc/tty/drivers', '/proc/tty/ldiscs'):
+                self.assertEqual('xy3' in read_file(path), failure is None, path)
+            if failure is None:
+                head_rig.unload()
+
+        setup_failslab(*function_range('do_init_module'))
+        count, outcomes = walk(head_rig.load, after)
+        setup_failslab()
+        self.report('insmod', count, outcomes)
+        self.assertGreater(count, 20)
+        self.assertGreater(outcomes.get('ENOMEM', 0), 10)
+        head_rig.load()
+        self.works(self.attach())
+
+
+class Worker(Case):
+    """Allocations beneath the driver's own code fail at random, in whatever thread."""
+
+    def setUp(self):
+        super().setUp()
+        setup_failslab()
+        self.addCleanup(setup_failslab)
+
+    def fail(self, percent):
+        setup_failslab(*module_range(head_rig.MODULE))
+        write_file(FAILSLAB + 'probability', '%d' % percent)
+
+    def test_telemetry(self):
+        """The state itself needs no memory; a hwmon device that could not be had comes later."""
+        head = self.synced()
+        reader = head.open()
+        refused = 0
+        for number in range(1, 23):
+            self.fail(20)
+            sent = (wire.vendor('%03d' % number) + wire.errors([number]) +
+                    wire.temperatures([100 * number] * number))
+            head.send(sent)
+            kernel.wait(lambda: False, 0.15)
+            setup_failslab()
+            self.assertEqual(head.get('vendor'), '%03d' % number)
+            self.assertEqual(head.get('errors/head'), wire.error_name(number))
+            shown = head.hwmon()
+            refused += 'temp%d_input' % number not in shown
+        self.assertGreater(refused, 1)
+        head.send(wire.vendor('news'))
+        self.assertTrue(wait(lambda: 'temp22_input' in head.hwmon()))
+        self.assertEqual(head.hwmon()['temp22_input'], '22000')
+        # packets that found no memory for the reader are lost whole, and counted
+        got = head_rig.split(reader.rest())
+        self.assertEqual(len(got) + head.stat('lost_packets'), 22 * 3 + 1)
+        self.assertEqual(got[-1], wire.vendor('news'))
+
+    def test_packets(self):
+        """No memory for the reader at all: everything is counted as lost."""
+        head = self.synced()
+        reader = head.open()
+        self.fail(100)
+        sent = wire.debug('x' * 200) * 500
+        head.send(sent)
+        setup_failslab()
+        lost = head.stat('lost_packets')
+        self.assertGreater(lost, 400)
+        got = head_rig.split(reader.rest())
+        self.assertEqual(len(got) + lost, 500)
+        self.assertEqual(head.stat('rx_packets'), 502)
+        head.send(wire.debug('again'))
+        self.assertEqual(reader.rest(), wire.debug('again'))
+
+
+if __name__ == '__main__':
+    sys.exit(runner.main())

@@ -1,0 +1,414 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""How heads come and go."""
+
+import ctypes
+import fcntl
+import os
+import select
+import signal
+import subprocess
+import sys
+import termios
+import threading
+import time
+
+import head_rig
+import kernel
+import runner
+from acm_cable import AcmCable
+from head_rig import (CLASS, HEADS_MAX, LDISC, N_TTY, Case, Head, Pty, error_name, get_speed, heads,
+                      polled, set_ldisc, wait)
+from kernel import read_file, write_file
+from xy3_head_sim import wire
+
+ATTACH = CLASS + '/attach'
+CAP_SYS_ADMIN = 21
+TIOCVHANGUP = 0x5437
+SYS_CAPGET, SYS_CAPSET = 125, 126       # x86_64
+
+
+def drop_capability(number):
+    """Of this thread, for good."""
+    header = (ctypes.c_uint32 * 2)(0x20080522, 0)       # version 3
+    sets = (ctypes.c_uint32 * 6)()                      # effective, permitted, inheritable; twice
+    kernel.syscall(SYS_CAPGET, header, sets)
+    for at in range(number // 32 * 3, number // 32 * 3 + 3):
+        sets[at] &= ~(1 << number % 32)
+    kernel.syscall(SYS_CAPSET, header, sets)
+
+
+def in_child(call):
+    """-> name of the error that call() ends with in a child process, or None"""
+    reader, writer = os.pipe()
+    child = os.fork()
+    if child == 0:
+        try:
+            os.write(writer, (error_name(call) or '').encode())
+        finally:
+            os._exit(0)
+    os.close(writer)
+    result = os.read(reader, 99).decode()
+    os.close(reader)
+    os.waitpid(child, 0)
+    return result or None
+
+
+class Attach(Case):
+    def test_and_detach(self):
+        for _ in range(3):
+            head = self.attach()
+            self.assertEqual(heads(), ['xy3-0'])
+            head.sync()
+            head.detach()
+            self.assertTrue(head.gone())
+            self.assertEqual(heads(), [])
+
+    def test_close_of_the_uart(self):
+        """On USB: the slave of a pty stays as it is while the master is open."""
+        head = self.attach(self.closing(AcmCable())).sync()
+        head.uart.close_slave()
+        self.assertTrue(head.gone())
+
+    def test_capability(self):
+        uart = self.closing(Pty())
+
+        def without():
+            drop_capability(CAP_SYS_ADMIN)
+            set_ldisc(uart.slave, LDISC)
+
+        self.assertEqual(in_child(without), 'EPERM')
+        self.assertEqual(heads(), [])
+        # the benign control: the same child with all its capabilities
+        self.assertIsNone(in_child(lambda: set_ldisc(uart.slave, LDISC)))
+        self.assertEqual(heads(), ['xy3-0'])
+
+    def test_not_on_our_own_tty(self):
+        head = self.synced()
+        reader = head.open(os.O_RDWR)
+        self.assertEqual(error_name(set_ldisc, reader.fd, LDISC), 'EINVAL')
+        head.send(wire.vendor('ACME'))
+        self.assertEqual(reader.rest(), wire.vendor('ACME'))
+        self.assertEqual(heads(), ['xy3-0'])
+
+    def test_twice_on_the_same_tty(self):
+        head = self.synced()
+        set_ldisc(head.uart.slave, LDISC)
+        self.assertEqual(heads(), ['xy3-0'])
+        head.send(wire.vendor('ACME'))
+        self.assertEqual(head.get('vendor'), 'ACME')
+
+    def test_on_the_master(self):
+        """It has no settings that could be changed, and is refused; the slave is not."""
+        uart = self.closing(Pty())
+        self.assertEqual(error_name(set_ldisc, uart.master, LDISC), 'EINVAL')
+        self.assertEqual(heads(), [])
+        set_ldisc(uart.slave, LDISC)
+        self.assertEqual(heads(), ['xy3-0'])
+
+    def test_what_came_before(self):
+        """What nobody has read yet is not taken for the head's."""
+        uart = self.closing(Pty())
+        uart.write(head_rig.GOOD)
+        self.assertEqual(polled(uart.slave, select.POLLIN), select.POLLIN)
+        head = self.attach(uart)
+        self.assertEqual(head.stat('rx_bytes'), 0)
+        head.sync()
+
+    def test_two(self):
+        one, two = self.synced(), self.synced()
+        self.assertEqual(heads(), ['xy3-0', 'xy3-1'])
+        readers = [head.open() for head in (one, two)]
+        one.send(wire.vendor('one'))
+        two.send(wire.vendor('two'))
+        self.assertEqual([head.get('vendor') for head in (one, two)], ['one', 'two'])
+        self.assertEqual([reader.rest() for reader in readers],
+                         [wire.vendor('one'), wire.vendor('two')])
+        one.uart.cut()
+        self.assertTrue(one.gone())
+        two.send(wire.model('still there'))
+        self.assertEqual(readers[1].rest(), wire.model('still there'))
+        third = self.attach()
+        self.assertEqual(third.name, 'xy3-0')       # the lowest number that is free
+
+    def test_many(self):
+        for number in range(HEADS_MAX):
+            self.assertEqual(self.synced().name, 'xy3-%d' % number)
+        uart = self.closing(Pty())
+        self.assertEqual(error_name(set_ldisc, uart.slave, LDISC), 'ENOSPC')
+        self.assertEqual(len(heads()), HEADS_MAX)
+        os.write(uart.slave, b'a tty as before')
+        self.assertEqual(os.read(uart.master, 99), b'a tty as before')
+
+    def ldattach(self, uart):
+        """Stock util-linux, as the manual says. -> its pid"""
+        uart.close_slave()
+        subprocess.run(['ldattach', '-s', '115200', '-8', '-n', '-1', str(LDISC), uart.node],
+                       check=True, timeout=20)
+        self.assertTrue(wait(heads))
+        pids = [int(pid) for pid in filter(str.isdigit, os.listdir('/proc'))
+                if read_file('/proc/%s/comm' % pid) == 'ldattach\n']
+        self.assertEqual(len(pids), 1)
+        self.assertEqual(read_file(CLASS + '/xy3-0/rate'), '115200\n')
+        uart.write(head_rig.GOOD + wire.vendor('ACME'))
+        self.assertTrue(wait(lambda: read_file(CLASS + '/xy3-0/in_sync') == '1\n'))
+        self.assertEqual(read_file(CLASS + '/xy3-0/vendor'), 'ACME\n')
+        return pids[0]
+
+    def test_ldattach_ends(self):
+        uart = self.closing(AcmCable(9600))
+        os.kill(self.ldattach(uart), signal.SIGTERM)
+        self.assertTrue(wait(lambda: not heads()))
+
+    def test_ldattach_and_hangup(self):
+        uart = self.closing(Pty(9600))
+        pid = self.ldattach(uart)
+        uart.cut()
+        self.assertTrue(wait(lambda: not heads()))
+        os.kill(pid, signal.SIGTERM)
+
+
+class Choice(Case):
+    def choose(self, text):
+        return error_name(write_file, ATTACH, text)
+
+    def chosen(self):
+        return read_file(ATTACH)
+
+    def refused(self):
+        uart = self.closing(Pty())
+        error = error_name(set_ldisc, uart.slave, LDISC)
+        os.write(uart.slave, b'x')
+        self.assertEqual(os.read(uart.master, 9), b'x')     # an ordinary tty as before
+        return error
+
+    def test_show_and_store(self):
+        self.assertEqual(self.chosen(), 'auto\n')
+        for text in ('new', 'xy3-0', 'xy3-31\n', 'auto\n'):
+            self.assertIsNone(self.choose(text))
+            self.assertEqual(self.chosen(), text.strip() + '\n')
+        self.choose('new')
+        for text in ('\n', 'xy3-', 'xy3-32', 'xy3--1', 'xy3-0x', 'xy4-0', 'newer', '0', 'xy3-1 2'):
+            self.assertEqual(self.choose(text), 'EINVAL', text)
+        self.assertEqual(self.chosen(), 'new\n')
+        self.assertIsNone(self.choose('auto'))
+
+    def test_new(self):
+        self.assertIsNone(self.choose('new'))
+        self.assertEqual(self.attach().name, 'xy3-0')
+        self.assertEqual(self.chosen(), 'auto\n')
+
+    def test_a_head_that_is_not_there(self):
+        self.assertIsNone(self.choose('xy3-5'))
+        self.assertEqual(self.refused(), 'ENODEV')
+        self.assertEqual(self.chosen(), 'auto\n')           # one use
+        self.assertEqual(self.attach().name, 'xy3-0')
+
+    def test_a_head_that_has_one(self):
+        head = self.synced()
+        self.assertIsNone(self.choose('xy3-0'))
+        self.assertEqual(self.refused(), 'EBUSY')
+        self.assertEqual(self.attach().name, 'xy3-1')
+        head.send(wire.vendor('ACME'))
+
+
+class Hangup(Case):
+    """The head goes while its tty is open."""
+
+    def test_in_the_middle_of_a_packet(self):
+        head = self.synced()
+        readers = [head.open(os.O_RDWR), head.open(os.O_RDWR)]
+        for reader in readers:
+            os.set_blocking(reader.fd, True)
+        got, events = [], []
+        threads = [threading.Thread(target=lambda fd=reader.fd: got.append(os.read(fd, 100)))
+                   for reader in readers]
+        poller = head.open(os.O_RDWR)
+        threads.append(threading.Thread(
+            target=lambda: events.append(polled(poller.fd, select.POLLPRI, 30))))
+        for thread in threads:
+            thread.start()
+        head.send(wire.debug('cut in the middle')[:9])
+        time.sleep(0.1)
+        self.assertEqual((got, events), ([], []))
+        head.uart.cut()
+        for thread in threads:
+            thread.join(10)
+        self.assertEqual(got, [b'', b''])
+        self.assertTrue(events[0] & select.POLLHUP)
+        for reader in (*readers, poller):
+            self.assertEqual(os.read(reader.fd, 100), b'')
+            self.assertTrue(polled(reader.fd, select.POLLIN) & select.POLLHUP)
+            self.assertEqual(error_name(os.write, reader.fd, b'\x40\0\0'), 'EIO')
+        self.assertTrue(head.gone())
+
+    def test_by_detach_and_by_close(self):
+        for how in ('detach', 'close'):
+            with self.subTest(how):
+                head = self.attach(self.closing(AcmCable())).sync()
+                reader = head.open(os.O_RDWR)
+                if how == 'detach':
+                    head.detach()
+                else:
+                    head.uart.close_slave()
+                self.assertTrue(head.gone())
+                self.assertEqual(reader.read(), b'')
+                self.assertEqual(error_name(os.write, reader.fd, b'\x40\0\0'), 'EIO')
+                head.uart.close()
+
+    def test_of_the_tty_alone(self):
+        """vhangup(): the head stays, and its tty can be opened again."""
+        head = self.synced()
+        reader = head.open()
+        fcntl.ioctl(reader.fd, TIOCVHANGUP)
+        self.assertEqual(reader.read(), b'')
+        fresh = head.open()
+        head.send(wire.vendor('ACME'))
+        self.assertEqual(fresh.rest(), wire.vendor('ACME'))
+        self.assertEqual(reader.read(), b'')
+
+    def test_uart_that_was_hung_up(self):
+        uart = self.closing(Pty())
+        uart.cut()
+        self.assertEqual(error_name(set_ldisc, uart.slave, LDISC), 'EIO')
+        self.assertEqual(heads(), [])
+
+    def test_files_that_are_still_open(self):
+        head = self.synced()
+        head.send(wire.vendor('ACME'), wire.temperatures([2500]))
+        self.assertTrue(wait(head.hwmon))
+        paths = [head.path + '/' + name for name in
+                 ('vendor', 'rate', 'stats/rx_bytes', 'errors/head', 'hours/dsp')]
+        fds = [os.open(path, os.O_RDONLY) for path in paths]
+        fds.append(os.open(head.hwmon_path() + '/temp1_input', os.O_RDONLY))
+        command = os.open(head.path + '/calibrate', os.O_WRONLY)
+        head.uart.cut()
+        self.assertTrue(head.gone())
+        for fd in fds:
+            self.assertEqual(error_name(os.read, fd, 10), 'ENODEV')
+            os.close(fd)
+        self.assertEqual(error_name(os.write, command, b'x'), 'ENODEV')
+        os.close(command)
+
+    def test_the_same_number_again(self):
+        """While the hung up file is still open: a new one works, the old one stays dead."""
+        old = []
+        for number in range(4):
+            head = self.synced()
+            self.assertEqual(head.name, 'xy3-0')
+            reader = head.open(os.O_RDWR)
+            head.send(wire.vendor('%03d' % number))
+            self.assertEqual(reader.rest(0.05), wire.vendor('%03d' % number))
+            for dead in old:
+                self.assertEqual(dead.read(timeout=0), b'')
+                self.assertEqual(error_name(os.write, dead.fd, b'x'), 'EIO')
+            self.assertEqual(get_speed(reader.fd), 115200)
+            self.assertEqual(termios.tcgetattr(reader.fd)[3], 0)        # raw, as the first time
+            old.append(reader)
+            head.uart.cut()
+            self.assertTrue(head.gone())
+
+    def test_same_number_at_once(self):
+        """The new head comes while the hangup of the old one's tty is still under way."""
+        for _ in range(50):
+            head = Head().attach().sync()
+            reader = head.open()
+            head.detach()
+            head.attach()
+            self.assertEqual(head.name, 'xy3-0')
+            fresh = head.open()
+            head.send(head_rig.GOOD)
+            self.assertEqual(fresh.take(6), head_rig.GOOD)
+            self.assertEqual(reader.read(), b'')
+            head.close()
+
+    def test_what_the_last_head_has_left(self):
+        """What nobody read before the hangup is not given to the next head's reader."""
+        for size in (100, 4000, 20000):
+            head = self.synced()
+            reader = head.open()
+            head.send(wire.debug('x' * 97) * (size // 100))
+            head.uart.cut()
+            self.assertTrue(head.gone())
+            head = self.synced()
+            fresh = head.open()
+            head.send(wire.vendor('ACME'))
+            self.assertEqual(fresh.rest(), wire.vendor('ACME'), size)
+            self.assertEqual(reader.read(), b'')
+            head.close()
+
+    def test_open_that_is_too_late(self):
+        head = self.synced()
+        head.uart.cut()
+        self.assertTrue(head.gone())
+        self.assertEqual(error_name(os.open, head.node, os.O_RDWR), 'ENOENT')
+
+
+class Unload(Case):
+    def traces(self):
+        """What the module has left in the system."""
+        found = [line.split()[0] for path in ('/proc/tty/ldiscs', '/proc/tty/drivers',
+                                              '/proc/modules')
+                 for line in read_file(path).splitlines() if 'xy3' in line]
+        for folder in ('/sys/class', '/sys/module', '/sys/bus/serial/drivers', '/dev',
+                       '/sys/devices/virtual', '/sys/devices/virtual/tty', '/sys/class/hwmon',
+                       '/sys/kernel/tracing/events'):
+            if os.path.isdir(folder):
+                found += [name for name in os.listdir(folder) if 'xy3' in name or
+                          name.startswith('hwmon') and folder.endswith('hwmon')]
+        return found
+
+    def test_refused_while_attached(self):
+        head = self.synced()
+        self.assertEqual(error_name(kernel.unload_module, 'xy3'), 'EAGAIN')
+        self.assertNotEqual(subprocess.run(['rmmod', 'xy3'], stderr=subprocess.DEVNULL,
+                                           check=False).returncode, 0)
+        head.send(wire.vendor('ACME'))
+        self.assertEqual(head.get('vendor'), 'ACME')
+
+    def test_refused_while_only_the_tty_is_open(self):
+        head = self.synced()
+        reader = head.open()
+        head.uart.cut()
+        self.assertTrue(head.gone())
+        self.assertEqual(error_name(kernel.unload_module, 'xy3'), 'EAGAIN')
+        reader.close()
+        head_rig.unload()
+        self.assertEqual(self.traces(), [])
+
+    def test_nothing_is_left(self):
+        before = self.traces()
+        self.assertGreater(len(before), 5)
+        for head in (self.synced(), self.synced()):
+            head.send(wire.vendor('ACME'), wire.temperatures([2500] * 22))
+            self.assertTrue(wait(head.hwmon))
+            head.open().close()
+            head.uart.cut()
+            self.assertTrue(head.gone())
+        head_rig.unload()
+        self.assertEqual(self.traces(), [])
+        head_rig.load()
+        self.assertEqual(self.traces(), before)
+
+    def test_parameters(self):
+        head_rig.unload()
+        head_rig.load('ldisc=28 autobaud=1')
+        try:
+            uart = self.closing(Pty())
+            # no module has this number; the loader would be asked for one
+            self.assertEqual(error_name(set_ldisc, uart.slave, LDISC), 'EINVAL')
+            set_ldisc(uart.slave, 28)
+            self.assertEqual(read_file(CLASS + '/xy3-0/autobaud'), '1\n')
+            self.assertTrue(wait(lambda: read_file(CLASS + '/xy3-0/rate') != '115200\n'))
+            set_ldisc(uart.slave, N_TTY)
+            self.assertTrue(wait(lambda: not heads()))
+        finally:
+            head_rig.unload()
+        for number in ('-1', '31', '1000'):
+            self.assertEqual(error_name(head_rig.load, 'ldisc=' + number), 'EINVAL', number)
+            self.assertEqual(self.traces(), [])
+        head_rig.load()
+        self.assertEqual(self.attach().get('autobaud'), '0')
+
+
+if __name__ == '__main__':
+    sys.exit(runner.main())

@@ -1,0 +1,412 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""From the UART to the reader of /dev/xy3-<n>: whole packets only, and every byte counted."""
+
+import os
+import random
+import select
+import subprocess
+import sys
+import termios
+import threading
+import time
+
+import head_rig
+import runner
+from acm_cable import AcmCable
+from head_rig import Case, Head, error_name, get_speed, polled, split, wait
+from xy3_head_sim import wire
+
+P = wire.packet
+
+
+def every_type():
+    """Each known type at its least and its greatest length, and unknown types."""
+    for kind, lengths in wire.LENGTHS.items():
+        for length in sorted({lengths[0], lengths[-1]}):
+            yield P(kind, bytes(i * 7 + kind & 0xFF for i in range(length)))
+    for kind, length in ((0x00, 0), (0x0A, 10), (0x20, 1), (0x40, 255), (0x48, 3), (0xFF, 254)):
+        yield P(kind, bytes([0x48, 0x41, 0x00] * 85)[:length])
+
+
+class Stream(Case):
+    """What is sent, what a reader gets, and what the statistics say of it."""
+
+    def check(self, *pieces, head=None):
+        """Sends the pieces; the reader and the counts must agree with another decoder."""
+        head = head or self.attach()
+        reader, decoder, expected = head.open(), wire.Decoder(), b''
+        for piece in pieces:
+            head.send(piece)
+            expected += b''.join(P(*packet) for packet in decoder.feed(piece))
+        self.assertEqual(reader.take(len(expected)), expected)
+        self.assertEqual(reader.rest(0.1), b'')
+        self.assertCounts(head, decoder)
+        return decoder
+
+    def test_every_type(self):
+        packets = list(every_type())
+        decoder = self.check(head_rig.GOOD, *packets)
+        self.assertEqual(decoder.packets, 2 + len(packets))
+        self.assertEqual(decoder.unknown, 6)
+
+    def test_all_in_one_piece(self):
+        self.check(head_rig.GOOD + b''.join(every_type()))
+
+    def test_byte_by_byte(self):
+        self.check(*(bytes([byte]) for byte in b'junk' + head_rig.GOOD +
+                     P(8, b'a debug text') + P(0x33) + P(5, bytes(44)) + b'!' + head_rig.GOOD))
+
+    def test_split_at_each_byte(self):
+        """One stream cut in two at every place, by heads that come and go."""
+        stream = (b'H' + head_rig.GOOD + P(2, b'Galvo') + P(0x77, b'HA\0H') + b'\x48\x07' +
+                  head_rig.GOOD + P(9, bytes(8)))
+        for at in range(1, len(stream)):
+            with self.subTest(at=at):
+                head = Head().attach()
+                try:
+                    self.check(stream[:at], stream[at:], head=head)
+                finally:
+                    head.close()
+
+    def test_nothing_before_the_first_sync(self):
+        decoder = self.check(b'HHH\x48\x41\x01' + P(1, b'early') + P(0x41))
+        self.assertEqual((decoder.packets, decoder.kept), (0, 3))
+
+    def test_resync(self):
+        rows = {
+            'junk': b'junk', 'zero': b'\0', 'head byte': b'H', 'head bytes': b'HHHHHH',
+            'overlap': b'\x48', 'overlap of two': b'\x48\x41',
+            'text too short': P(1, b'ab'), 'text too long': P(1, bytes(201)),
+            'odd temperatures': P(5, bytes(3)), 'no temperatures': P(5),
+            'too many temperatures': P(5, bytes(46)), 'frame errors of four axes': P(6, bytes(16)),
+            'hours cut': P(9, bytes(5)), 'too many errors': P(7, bytes(23)),
+            'sync with payload': P(0x41, b'x'), 'a sync sequence in it': b'\x48\x07' + P(0x41),
+        }
+        for name, damage in rows.items():
+            with self.subTest(name):
+                decoder = self.check(head_rig.GOOD + P(3, b'before') + damage + head_rig.GOOD +
+                                     P(3, b'behind'))
+                self.assertTrue(decoder.in_sync)
+
+    def test_false_sync(self):
+        """Joining in the middle of a payload that looks like the sync sequence heals."""
+        trap = P(8, b'on ' + wire.RESYNC + b'\x05\xff off')
+        decoder = self.check(trap[1:] + head_rig.GOOD + P(1, b'ACME'))
+        self.assertEqual((decoder.bad_lengths, decoder.resyncs), (1, 1))
+
+    def test_random_streams(self):
+        """Mutated streams in pieces of any size, 64 KB in one write included."""
+        dice = random.Random(3)
+        for size in (1, 7, 300, 4096, 65536):
+            with self.subTest(size=size):
+                data = b''
+                while len(data) < max(1200, min(40 * size, 100000)):
+                    piece = bytearray(dice.choice((wire.sync(), *every_type())))
+                    if dice.random() < 0.1:
+                        piece[dice.randrange(len(piece))] ^= 1 << dice.randrange(8)
+                    if dice.random() < 0.05:
+                        del piece[dice.randrange(len(piece)):]
+                    data += wire.sync() * dice.randrange(3) + piece
+                decoder = self.check(*(data[at:at + size] for at in range(0, len(data), size)))
+                self.assertGreater(decoder.packets, 10)
+
+    def test_writer_that_waits_for_room(self):
+        """Who writes more than fits into a pty is woken when there is room."""
+        head = self.attach()
+        os.set_blocking(head.uart.master, True)
+        data = memoryview(wire.sync() * 50000)
+        left = [data]
+
+        def write():
+            while left[0]:
+                left[0] = left[0][os.write(head.uart.master, left[0]):]
+
+        thread = threading.Thread(target=write, daemon=True)
+        thread.start()
+        thread.join(20)
+        self.assertFalse(thread.is_alive(), '%d bytes are left' % len(left[0]))
+        self.assertTrue(wait(lambda: head.stat('rx_bytes') == len(data)))
+
+    def test_new_uart_new_parser(self):
+        """Half a packet of one connection is not the beginning of the next one's."""
+        head = self.synced()
+        head.send(P(8, b'0123456789')[:8])
+        head.detach()
+        self.assertTrue(head.gone())
+        head.attach()
+        self.check(b'789' + head_rig.GOOD, head=head)
+
+
+class Readers(Case):
+    def test_nobody_reads(self):
+        """Nothing is kept for later, and nothing counts as lost."""
+        head = self.synced()
+        head.send(P(1, b'before'))
+        reader = head.open()
+        self.assertEqual(reader.rest(), b'')
+        head.send(P(1, b'behind'))
+        self.assertEqual(reader.rest(), P(1, b'behind'))
+        self.assertEqual(head.stat('lost_packets'), 0)
+        self.assertEqual(head.stat('rx_packets'), 4)
+
+    def test_opened_in_the_middle_of_a_packet(self):
+        head = self.synced()
+        head.send(P(8, b'0123456789')[:6])
+        reader = head.open()
+        self.assertEqual(reader.rest(), b'')
+        head.send(P(8, b'0123456789')[6:])
+        self.assertEqual(reader.rest(), P(8, b'0123456789'))
+
+    def test_closed_in_the_middle_of_a_packet(self):
+        """Who opens it anew starts at a packet, whatever the last one has left unread."""
+        head = self.synced()
+        for left in (1, 5, 300, 5000):
+            reader = head.open()
+            head.send(P(8, b'x' * 200) * 40)
+            self.assertEqual(len(reader.take(8120 - left)), 8120 - left)
+            reader.close()
+            head.send(P(8, b'nobody'))
+            reader = head.open()
+            head.send(P(8, b'anew'))
+            self.assertEqual(reader.rest(), P(8, b'anew'), left)
+            reader.close()
+        self.assertEqual(head.stat('lost_packets'), 0)
+
+    def test_several_openers(self):
+        """They share the stream; it ends when the last one goes."""
+        head = self.synced()
+        one, two = head.open(), head.open(os.O_RDWR)
+        head.send(P(8, b'first'))
+        self.assertEqual(one.rest(), P(8, b'first'))
+        head.send(P(8, b'second'))
+        self.assertEqual(two.rest(), P(8, b'second'))
+        one.close()
+        head.send(P(8, b'third'))
+        self.assertEqual(two.rest(), P(8, b'third'))
+        two.close()
+        head.send(P(8, b'fourth'))
+        self.assertEqual(head.open().rest(), b'')
+
+    def test_small_reads(self):
+        head = self.synced()
+        reader = head.open()
+        data = b''.join(every_type())
+        head.send(data)
+        self.assertEqual(reader.rest(0.05, size=1), data)
+        head.send(data)
+        self.assertEqual(reader.rest(0.05, size=5), data)
+
+    def test_poll_and_nonblocking(self):
+        head = self.synced()
+        reader = head.open()
+        self.assertEqual(error_name(os.read, reader.fd, 10), 'EAGAIN')
+        self.assertEqual(polled(reader.fd, select.POLLIN | select.POLLOUT, 0.1), select.POLLOUT)
+        head.send(P(8, b'half a packet')[:9])
+        self.assertEqual(polled(reader.fd, select.POLLIN, 0.1), 0)
+        head.send(P(8, b'half a packet')[9:])
+        self.assertEqual(polled(reader.fd, select.POLLIN), select.POLLIN)
+        self.assertEqual(reader.rest(), P(8, b'half a packet'))
+
+    def test_blocking_read(self):
+        head = self.synced()
+        reader = head.open()
+        os.set_blocking(reader.fd, True)
+        got = []
+        thread = threading.Thread(target=lambda: got.append(os.read(reader.fd, 100)))
+        thread.start()
+        time.sleep(0.1)
+        self.assertEqual(got, [])
+        head.send(P(8, b'wake up'))
+        thread.join(10)
+        self.assertEqual(got, [P(8, b'wake up')])
+
+    def test_slow_reader(self):
+        """It loses whole packets, and each of them is counted."""
+        dice = random.Random(8)
+        head = self.synced()
+        reader = head.open()
+        texts = [b'%06d' % number + b'.' * dice.randrange(195) for number in range(20000)]
+        stream = b''.join(P(8, text) for text in texts)
+        for at in range(0, len(stream), 60000):
+            head.send(stream[at:at + 60000])
+        lost = head.stat('lost_packets')
+        self.assertGreater(lost, 1000)
+        got = split(reader.rest())
+        self.assertEqual(len(got) + lost, len(texts))
+        sent = {P(8, text) for text in texts}
+        self.assertEqual([packet for packet in got if packet not in sent], [])
+        self.assertEqual(got, sorted(got, key=lambda packet: packet[3:9]))
+        self.assertEqual(got[0], P(8, texts[0]))
+        head.send(P(8, b'there is room again'))
+        self.assertEqual(reader.rest(), P(8, b'there is room again'))
+        self.assertEqual(head.stat('lost_packets'), lost)
+        self.assertEqual(head.stat('rx_packets'), 2 + len(texts) + 1)
+
+    def test_fast_reader_loses_nothing(self):
+        head = self.synced()
+        reader = head.open()
+        got = []
+        thread = threading.Thread(target=lambda: got.append(reader.rest(1.0)))
+        thread.start()
+        packets = list(every_type())
+        for _ in range(100):
+            head.send(b''.join(packets))
+        thread.join(60)
+        self.assertEqual(split(got[0]), packets * 100)
+        self.assertEqual(head.stat('lost_packets'), 0)
+
+
+class Settings(Case):
+    def modes(self, fd):
+        """-> (iflag, oflag, lflag, cflag without the speed)"""
+        iflag, oflag, cflag, lflag = termios.tcgetattr(fd)[:4]
+        return iflag, oflag, lflag, cflag & ~0o10017
+
+    def test_raw_from_the_beginning(self):
+        """Every byte value comes through as it is, and nothing is echoed."""
+        head = self.synced()
+        reader = head.open(os.O_RDWR)
+        self.assertEqual(self.modes(reader.fd),
+                         (0, 0, 0, termios.CS8 | termios.CREAD | termios.CLOCAL))
+        payload = bytes(range(255))
+        head.send(P(0x50, payload), P(0x51, b'\xff\r\n\x03\x04\x11\x13\0'))
+        self.assertEqual(reader.rest(), P(0x50, payload) + P(0x51, b'\xff\r\n\x03\x04\x11\x13\0'))
+        self.assertEqual(polled(head.uart.master, select.POLLIN, 0.1), 0)
+
+    def test_raw_again_after_close(self):
+        head = self.synced()
+        reader = head.open()
+        subprocess.run(['stty', '-F', head.node, 'sane'], check=True)
+        self.assertNotEqual(self.modes(reader.fd)[2], 0)
+        reader.close()
+        self.assertEqual(self.modes(head.open().fd)[:3], (0, 0, 0))
+
+    def test_it_is_a_tty(self):
+        head = self.synced()
+        reader = head.open()
+        self.assertTrue(os.isatty(reader.fd))
+        self.assertEqual(os.ttyname(reader.fd), head.node)
+        self.assertEqual(os.ttyname(head.uart.slave), head.uart.node)
+        self.assertEqual(get_speed(reader.fd), 115200)
+
+    def test_bits_and_parity_stay(self):
+        head = self.synced()
+        reader = head.open()
+        before = self.modes(reader.fd)
+        status, _ = head_rig.run('stty', '-F', head.node, 'cs7', 'parenb', 'cstopb')
+        self.assertNotEqual(status, 0)
+        self.assertEqual(self.modes(reader.fd), before)
+
+
+class Writing(Case):
+    def test_command_frames(self):
+        """There is no forward channel; what is no command frame is refused before that."""
+        head = self.synced()
+        writer = head.open(os.O_RDWR)
+        command = wire.command_frame('calibrate', 'xy')
+        wide = wire.command_frame('calibrate', 'xy', bits=32)
+        rows = {
+            'a frame': (command, 'ENODEV'), 'a frame of 32 bits': (wide, 'ENODEV'),
+            'several frames': (command + wide + command, 'ENODEV'),
+            'a position': (wire.position_frame(5), 'EINVAL'),
+            'a position of 24 bits': (wire.position_frame(5, 24), 'EINVAL'),
+            'bad parity': (command[:2] + bytes([command[2] ^ 1]), 'EINVAL'),
+            'torn': (command[:2], 'EINVAL'), 'torn, 32 bits': (wide[:3], 'EINVAL'),
+            'torn behind a good one': (command + command[:1], 'EINVAL'),
+            'text': (b'hello\n', 'EINVAL'),
+            'many frames': (command * 1000, 'ENODEV'),
+            'the last of many is bad': (command * 1000 + b'\0', 'EINVAL'),
+        }
+        for name, (data, error) in rows.items():
+            with self.subTest(name):
+                self.assertEqual(error_name(os.write, writer.fd, data), error)
+        self.assertEqual(polled(head.uart.master, select.POLLIN, 0.1), 0)
+
+    def test_the_uart_itself(self):
+        """Its own file can neither be read nor written meanwhile; afterwards it can."""
+        head = self.synced()
+        slave, master = head.uart.slave, head.uart.master
+        self.assertEqual(error_name(os.write, slave, b'hello'), 'ENOTSUP')
+        self.assertEqual(error_name(os.read, slave, 10), 'EIO')
+        self.assertEqual(polled(master, select.POLLIN, 0.1), 0)
+        head.detach()
+        os.write(slave, b'hello')
+        self.assertEqual(os.read(master, 10), b'hello')
+        os.write(master, b'hello')
+        self.assertEqual(os.read(slave, 10), b'hello')
+
+
+class Acm(Case):
+    """A UART on USB (CDC ACM over dummy_hcd), which knows line errors as a pty does not."""
+
+    def setUp(self):
+        super().setUp()
+        self.cable = self.closing(AcmCable())
+        self.head = self.attach(self.cable)
+
+    def test_packets(self):
+        reader = self.head.open()
+        data = head_rig.GOOD + b''.join(every_type()) * 20
+        self.head.send(data)
+        self.assertEqual(reader.take(len(data)), data)
+
+    def test_break(self):
+        """A flagged byte is no data: what was kept goes, and sync with it."""
+        head = self.head
+        reader = head.open()
+        head.send(head_rig.GOOD + P(8, b'whole') + P(8, b'cut by a break')[:7])
+        self.cable.send_break()
+        head.sent += 1
+        self.assertTrue(wait(lambda: head.stat('line_errors') == 1))
+        self.assertEqual(head.get('in_sync'), '0')
+        self.assertEqual(head.stat('dropped_bytes'), 8)
+        head.send(P(8, b'cut by a break')[7:], head_rig.GOOD + P(8, b'whole again'))
+        self.assertEqual(split(reader.rest())[2:], [P(8, b'whole'), wire.sync(), wire.sync(),
+                                                    P(8, b'whole again')])
+        stats = head.stats()
+        self.assertEqual((stats['rx_bytes'], stats['resyncs'], stats['line_errors']),
+                         (head.sent, 1, 1))
+
+    def test_uart_that_was_stopped(self):
+        """Somebody had it open before and did not read until it was throttled."""
+        self.head.detach()
+        self.assertTrue(self.head.gone())
+        # the tty's buffer takes 4095 bytes, and the UART stops a little before that; what it had
+        # asked for already still comes, a byte at a time
+        for size in (4000, *[1] * 60):
+            self.cable.write(bytes(size))
+            time.sleep(0.01)
+        self.assertEqual(polled(self.cable.slave, select.POLLIN), select.POLLIN)
+        self.head.attach()
+        self.cable.write(head_rig.GOOD)
+        self.assertTrue(wait(lambda: self.head.get('in_sync') == '1'))
+
+    def test_uart_that_was_stopped_with_more_to_come(self):
+        self.head.detach()
+        self.assertTrue(self.head.gone())
+        for _ in range(10):
+            self.cable.flood(20000)
+            time.sleep(0.1)
+        self.assertEqual(polled(self.cable.master, select.POLLOUT, 0.5), 0)
+        self.head.attach()
+        self.assertEqual(polled(self.cable.master, select.POLLOUT), select.POLLOUT)
+        self.cable.write(head_rig.GOOD)
+        self.assertTrue(wait(lambda: self.head.get('in_sync') == '1'))
+
+    def test_unplugged(self):
+        head = self.head
+        head.send(head_rig.GOOD + P(8, b'cut by the cable')[:7])
+        reader = head.open()
+        self.cable.unplug()
+        self.assertTrue(head.gone())
+        self.assertEqual(reader.read(), b'')
+        self.assertTrue(polled(reader.fd, select.POLLIN) & select.POLLHUP)
+        self.cable.plug()
+        head.attach()
+        fresh = head.open()
+        head.send(head_rig.GOOD + P(8, b'back'))
+        self.assertEqual(fresh.take(13), head_rig.GOOD + P(8, b'back'))
+
+
+if __name__ == '__main__':
+    sys.exit(runner.main())

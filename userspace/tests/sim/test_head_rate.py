@@ -1,0 +1,212 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""The rate of the backchannel: who may set it, where it shows, and how it is found."""
+
+import sys
+import termios
+import threading
+import time
+
+import head_rig
+import runner
+from acm_cable import AcmCable
+from head_rig import Case, get_speed, set_speed, wait
+from xy3_head_sim import wire
+
+
+class Rates(Case):
+    def shown(self, head, rate):
+        """At all three places."""
+        reader = head.open()
+        ok = wait(lambda: (head.get('rate'), get_speed(head.uart.slave), get_speed(reader.fd)) ==
+                  (str(rate), rate, rate), 3)
+        reader.close()
+        return ok
+
+    def test_attribute(self):
+        head = self.synced()
+        for rate in (*wire.RATES, *reversed(wire.RATES), 115200):
+            self.assertIsNone(head.set('rate', '%d\n' % rate))
+            self.assertTrue(self.shown(head, rate), rate)
+        for text in ('9600', '0', '115201', '-1', 'fast', '\n', '4294967296', '115200 8'):
+            self.assertIn(head.set('rate', text), ('EINVAL', 'ERANGE'), text)
+            self.assertTrue(self.shown(head, 115200), text)
+
+    def test_upper_stty(self):
+        head = self.synced()
+        reader = head.open()
+        for rate in (*wire.RATES, *reversed(wire.RATES)):
+            status, text = head_rig.run('stty', '-F', head.node, str(rate))
+            self.assertEqual((status, text), (0, ''))
+            self.assertTrue(self.shown(head, rate), rate)
+            self.assertEqual(head_rig.run('stty', '-F', head.node, 'speed'), (0, '%d\n' % rate))
+        for rate in ('9600', '38400', '1000000', '0'):
+            status, text = head_rig.run('stty', '-F', head.node, rate)
+            self.assertEqual(status, 1, rate)
+            self.assertIn('unable to perform all requested operations', text)
+            self.assertTrue(self.shown(head, 57600), rate)
+        reader.close()
+
+    def test_lower_stty(self):
+        head = self.synced()
+        reader = head.open()
+        for rate in (*reversed(wire.RATES), 9600, 115200):
+            status, _ = head_rig.run('stty', '-F', head.uart.node, str(rate))
+            self.assertEqual(status, 0)
+            self.assertTrue(self.shown(head, rate), rate)
+        reader.close()
+
+    def test_attached_at_another_rate(self):
+        for rate in (57600, 921600, 9600):
+            head = self.attach(rate=rate)
+            self.assertTrue(self.shown(head, rate), rate)
+            head.close()
+
+    def test_sync_is_lost(self):
+        """What comes at another rate is another stream, and what was begun is lost."""
+        head = self.synced()
+        head.send(wire.vendor('ACME')[:4])
+        head.set('rate', '230400')
+        self.assertEqual(head.get('in_sync'), '0')
+        self.assertEqual(head.stat('dropped_bytes'), 4)
+        head.sync()
+        head.set('rate', '230400')              # no change
+        self.assertEqual(head.get('in_sync'), '1')
+
+    def test_on_usb(self):
+        """The UART itself is told (CDC SET_LINE_CODING)."""
+        cable = self.closing(AcmCable())
+        head = self.attach(cable)
+        for rate in wire.RATES:
+            self.assertIsNone(head.set('rate', str(rate)))
+            self.assertTrue(self.shown(head, rate), rate)
+        head.sync()
+        cable.unplug()
+        self.assertTrue(head.gone())
+
+    def test_all_at_once(self):
+        """Three who change it by three ways agree in the end."""
+        head = self.synced()
+        reader = head.open()
+
+        def work(change):
+            for number in range(60):
+                try:
+                    change(wire.RATES[number * 7 % 5])
+                except termios.error:
+                    pass                        # another one was faster
+
+        ways = (lambda rate: head.set('rate', str(rate)),
+                lambda rate: set_speed(reader.fd, rate),
+                lambda rate: set_speed(head.uart.slave, rate))
+        threads = [threading.Thread(target=work, args=(way,)) for way in ways]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join(60)
+            self.assertFalse(thread.is_alive())
+        self.assertTrue(self.shown(head, get_speed(head.uart.slave)))
+        head.set('rate', '460800')
+        self.assertTrue(self.shown(head, 460800))
+
+
+class Peer:
+    """A scanhead at one rate: what the host hears at another one is garbage."""
+
+    GARBAGE = bytes(range(0x80, 0xC0))
+
+    def __init__(self, uart, rate, pause=0.05):
+        self.uart, self.rate, self.pause = uart, rate, pause
+        self.heard = []                 # rates that the host had, in turn
+        self.said = dict.fromkeys(wire.RATES, 0)        # bytes meanwhile
+        self.stop = threading.Event()
+        self.thread = threading.Thread(target=self._run)
+        self.thread.start()
+
+    def _run(self):
+        while not self.stop.is_set():
+            rate = get_speed(self.uart.slave)
+            if self.heard[-1:] != [rate]:
+                self.heard.append(rate)
+            data = (wire.sync() * 2 + wire.vendor('ACME') if rate == self.rate
+                    else self.GARBAGE)
+            self.uart.write(data)
+            self.said[rate] += len(data)
+            time.sleep(self.pause)
+
+    def close(self):
+        self.stop.set()
+        self.thread.join(20)
+
+
+class Autobaud(Case):
+    def found(self, head, rate, timeout=30):
+        return wait(lambda: head.get('in_sync') == '1' and head.get('rate') == str(rate), timeout,
+                    0.05)
+
+    def test_every_rate(self):
+        for rate in wire.RATES:
+            with self.subTest(rate):
+                head = self.attach()
+                self.assertIsNone(head.set('autobaud', '1'))
+                peer = self.closing(Peer(head.uart, rate))
+                self.assertTrue(self.found(head, rate))
+                peer.close()
+                self.assertEqual(get_speed(head.uart.slave), rate)
+                self.assertEqual(peer.heard[0], 115200)     # the present one has the first turn
+                head.close()
+
+    def test_a_head_that_speaks_rarely(self):
+        """Every two seconds: each round listens longer."""
+        head = self.attach()
+        head.set('autobaud', '1')
+        self.closing(Peer(head.uart, 921600, 2))
+        self.assertTrue(self.found(head, 921600, 120))
+
+    def test_a_loud_head_is_found_sooner(self):
+        """1 KiB without sync is enough; nobody waits for the half second to be over."""
+        head = self.attach()
+        head.set('autobaud', '1')
+        peer = self.closing(Peer(head.uart, 57600, 0.001))
+        self.assertTrue(self.found(head, 57600))
+        self.assertLessEqual(len(peer.heard), 6)
+        for rate in (230400, 460800, 921600):
+            self.assertGreater(peer.said[rate], 500)
+            self.assertLess(peer.said[rate], 6000)
+
+    def test_off(self):
+        head = self.attach()
+        peer = self.closing(Peer(head.uart, 57600))
+        time.sleep(10)
+        self.assertEqual((peer.heard, head.get('rate')), ([115200], '115200'))
+        head.set('autobaud', '1')
+        self.assertTrue(self.found(head, 57600))
+        for text, error in (('2', 'EINVAL'), ('maybe', 'EINVAL'), ('\n', 'EINVAL'), ('off', None)):
+            self.assertEqual(head.set('autobaud', text), error)
+        self.assertEqual(head.get('autobaud'), '0')
+
+    def test_the_head_changes_its_rate(self):
+        head = self.attach()
+        head.set('autobaud', '1')
+        peer = self.closing(Peer(head.uart, 230400))
+        self.assertTrue(self.found(head, 230400))
+        time.sleep(10)
+        self.assertEqual(head.get('rate'), '230400')        # in sync nothing is searched
+        peer.rate = 460800
+        self.assertTrue(self.found(head, 460800))
+
+    def test_silence(self):
+        """Nobody there: it goes on from rate to rate, longer at each from round to round."""
+        head = self.attach()
+        head.set('autobaud', '1')
+        seen = []
+        for _ in range(600):
+            time.sleep(0.1)
+            if seen[-1:] != [head.get('rate')]:
+                seen.append(head.get('rate'))
+        self.assertEqual(set(seen), set(map(str, wire.RATES)))
+        self.assertGreater(len(seen), 10)
+        self.assertLess(len(seen), 50)          # 120 if each turn took half a second
+
+
+if __name__ == '__main__':
+    sys.exit(runner.main())
