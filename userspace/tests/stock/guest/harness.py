@@ -4,6 +4,7 @@
 import errno
 import glob
 import os
+import re
 import struct
 import subprocess
 import threading
@@ -15,6 +16,7 @@ from xhc_sim.usb import UsbPendant
 
 BIND_TIME = 60.0        # udevd and modprobe in an emulated machine: seconds, not milliseconds
 EVENT_TIME = 10.0
+TRACING = '/sys/kernel/tracing'
 
 
 class Failure(Exception):
@@ -72,6 +74,46 @@ def write_file(path, text):
 
 def module_loaded(name):
     return os.path.isdir('/sys/module/' + name)
+
+
+def module_addresses(name):
+    """A module's first and last address, while it is loaded."""
+    for line in read_file('/proc/modules').splitlines():
+        found, size, _, _, _, address = line.split()[:6]
+        if found == name:
+            return int(address, 16), int(address, 16) + int(size)
+    raise Failure('%s is not loaded' % name)
+
+
+def jiffies():
+    """The kernel's clock, in which it gives the age of memory."""
+    return int(re.search(r'^jiffies: (\d+)', read_file('/proc/timer_list'), re.M).group(1))
+
+
+def live_allocations(name, addresses, since=0):
+    """Lines of the kernel about objects that live and that a module's code has asked kmalloc for.
+
+    addresses: what module_addresses() said of it. since: jiffies when it was loaded; what is
+    older is of the init code of a module that was in this place before. Needs slub_debug=U. A
+    line is "COUNT CALLER [MODULE] ... age=...", and when the module has gone "COUNT 0xADDRESS".
+    """
+    first, last = addresses
+    pattern = re.compile(r'^( *\d+ (\S+)(?: \[(\w+)\])? .*\bage=(\d+).*)', re.M)
+    lines = []
+    for path in glob.glob('/sys/kernel/debug/slab/kmalloc-*/alloc_traces'):
+        found = pattern.findall(read_file(path))
+        now = jiffies()                 # not before it was read, or what is new seems older
+        for line, caller, module, age in found:
+            ours = module == name or caller.startswith('0x') and first <= int(caller, 16) < last
+            if ours and now - int(age) >= since:
+                lines.append('%s: %s' % (path.split('/')[-2], line.strip()))
+    return lines
+
+
+def check_no_allocations(name, addresses, what, since=0):
+    """Some are given back a while later."""
+    if not find.wait(lambda: not live_allocations(name, addresses, since), 20):
+        raise Failure('%s: memory is left: %r' % (what, live_allocations(name, addresses, since)))
 
 
 def load_driver():

@@ -3,15 +3,14 @@
 
 import glob
 import os
-import re
 import select
 
-from harness import (BIND_TIME, Failure, Plugged, Watcher, equal, find, load_driver, module_loaded,
-                     read_file, true, unload_driver, wait_for, write_file)
+from harness import (BIND_TIME, TRACING, Plugged, Watcher, check_no_allocations, equal, find,
+                     live_allocations, load_driver, module_addresses, module_loaded, read_file,
+                     true, unload_driver, wait_for, write_file)
 from xhc_sim.usb import UsbPendant
 
 TESTS = []
-TRACING = '/sys/kernel/tracing'
 
 
 def test(function):
@@ -149,41 +148,18 @@ def tracepoints():
 
 # --- memory ---------------------------------------------------------------------------------
 
-def module_addresses():
-    """The driver's first and last address, while it is loaded."""
-    for line in read_file('/proc/modules').splitlines():
-        name, size, _, _, _, address = line.split()[:6]
-        if name == 'hid_xhc':
-            return int(address, 16), int(address, 16) + int(size)
-    raise Failure('hid_xhc is not loaded')
-
-
-def live_allocations(first, last):
-    """How many objects live that code of the driver has asked kmalloc for.
-
-    Needs slub_debug=U. A line is "COUNT CALLER [MODULE] ...", and when the module has gone
-    "COUNT 0xADDRESS ...".
-    """
-    count = 0
-    for path in glob.glob('/sys/kernel/debug/slab/kmalloc-*/alloc_traces'):
-        for found in re.finditer(r'^ *(\d+) (\S+)( \[hid_xhc\])?', read_file(path), re.M):
-            number, caller, ours = found.groups()
-            if ours or caller.startswith('0x') and first <= int(caller, 16) < last:
-                count += int(number)
-    return count
-
-
 @test
 def no_memory_is_left():
     """Last but one: after all that was done above."""
     load_driver()
-    where = module_addresses()
+    where = module_addresses('hid_xhc')
     with Plugged() as pendant:
         pendant.flush()
-        true(live_allocations(*where) > 0, 'even of a plugged pendant no allocation is seen')
-    wait_for(lambda: live_allocations(*where) == 0, 'return of all memory', 20)
+        true(live_allocations('hid_xhc', where),
+             'even of a plugged pendant no allocation is seen')
+    check_no_allocations('hid_xhc', where, 'after the unplug')
     unload_driver()
-    wait_for(lambda: live_allocations(*where) == 0, 'memory after the module', 20)
+    check_no_allocations('hid_xhc', where, 'after the module')
 
 
 @test

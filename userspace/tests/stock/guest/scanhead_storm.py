@@ -1,0 +1,206 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""Attaching, detaching and unplugging without waiting for anything, while others use the head.
+
+For a guest with two processors. What is looked for are races: the verdict is mostly that of
+the kernel's log, but a head must still work after all.
+"""
+
+import fcntl
+import glob
+import hashlib
+import os
+import random
+import struct
+import subprocess
+import termios
+import threading
+import time
+
+from harness import BIND_TIME, command, equal, true, wait_for, write_file
+from heads import (CLASS, DEVICES, LDISC, STICK, TIOCSETD, UART, Attached, Cat, heads, module, peer,
+                   plug, unplug)
+
+TESTS = []
+ATTACH_ROUNDS = 40
+UNPLUG_ROUNDS = 6
+MODULE_ROUNDS = 8
+SEED = 4711
+N_TTY = 0
+
+
+def test(function):
+    TESTS.append(function)
+    return function
+
+
+class Users:
+    """Threads that read and set what they find of heads, whether it is there or not."""
+
+    def __init__(self):
+        self.bytes = 0
+        self.looks = 0
+        self.changes = 0
+        self.ended = threading.Event()
+        self.threads = [threading.Thread(target=self._again, args=(work,), daemon=True)
+                        for work in (self._read, self._look, self._change, self._set_speed)]
+
+    def __enter__(self):
+        for thread in self.threads:
+            thread.start()
+        return self
+
+    def __exit__(self, *_):
+        self.ended.set()
+        for thread in self.threads:
+            thread.join(30)
+        true(not any(thread.is_alive() for thread in self.threads), 'a user hangs')
+        print('# %d bytes read, %d attributes, %d changes' % (self.bytes, self.looks,
+                                                              self.changes))
+
+    def _again(self, work):
+        while not self.ended.is_set():
+            try:
+                work()
+            except (OSError, termios.error):
+                pass                    # there is no head, or not any more
+            time.sleep(0.005)
+
+    def _read(self):
+        fd = os.open('/dev/xy3-0', os.O_RDONLY | os.O_NONBLOCK)
+        try:
+            while not self.ended.is_set():
+                try:
+                    data = os.read(fd, 4096)
+                except BlockingIOError:
+                    time.sleep(0.005)
+                    continue
+                if not data:
+                    break
+                self.bytes += len(data)
+        finally:
+            os.close(fd)
+
+    def _look(self):
+        head = CLASS + '/xy3-0'
+        for group in ('', '/errors', '/hours', '/frame_errors', '/stats'):
+            for name in os.listdir(head + group):
+                try:
+                    with open('%s%s/%s' % (head, group, name), 'rb') as file:
+                        file.read()
+                except OSError:
+                    continue            # a folder, write-only, or nothing to tell
+                self.looks += 1
+
+    def _change(self):
+        for name, value in (('autobaud', 1), ('rate', 57600), ('byte_order', 'big'),
+                            ('autobaud', 0), ('rate', 115200), ('byte_order', 'little')):
+            write_file('%s/xy3-0/%s' % (CLASS, name), '%s\n' % value)
+            self.changes += 1
+
+    def _set_speed(self):
+        fd = os.open('/dev/xy3-0', os.O_RDONLY | os.O_NONBLOCK)
+        try:
+            for speed in (termios.B57600, termios.B115200):
+                modes = termios.tcgetattr(fd)
+                modes[4:6] = [speed, speed]
+                termios.tcsetattr(fd, termios.TCSANOW, modes)
+                self.changes += 1
+        finally:
+            os.close(fd)
+
+
+def set_discipline(fd, number):
+    fcntl.ioctl(fd, TIOCSETD, struct.pack('i', number))
+
+
+def open_line(port):
+    return os.open(DEVICES[port], os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+
+
+@test
+def attach_storm():
+    """The line does not stand still for it."""
+    chance = random.Random(SEED)
+    module.load()
+    plug(UART)
+    fd = open_line(UART)
+    try:
+        with Users():
+            for _ in range(ATTACH_ROUNDS):
+                peer.tell(UART, 'stream_until_asked')
+                set_discipline(fd, LDISC)
+                time.sleep(chance.choice((0, 0, 0.01, 0.05)))
+                set_discipline(fd, N_TTY)
+                termios.tcflush(fd, termios.TCIFLUSH)
+                peer.tell(UART, 'mark')
+                peer.hear()
+                peer.hear()
+    finally:
+        os.close(fd)
+        unplug(UART)
+    equal(heads(), [], 'heads')
+    module.unload()
+
+
+@test
+def unplug_storm():
+    """While the stick streams; every other time its tty is still open when it comes back."""
+    chance = random.Random(SEED)
+    command('modprobe', 'xhci-pci')
+    module.load()
+    kept = []
+    with Users():
+        for number in range(UNPLUG_ROUNDS):
+            peer.ask(STICK, 'plug')
+            node = wait_for(lambda: glob.glob('/dev/ttyUSB*'), 'stick', BIND_TIME)[0]
+            fd = os.open(node, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+            kept.append(fd)
+            set_discipline(fd, LDISC)
+            peer.tell(STICK, 'stream_until_asked')
+            time.sleep(chance.uniform(0, 0.3))
+            peer.tell(STICK, 'unplug')
+            peer.hear()
+            peer.hear()
+            if number % 2:
+                wait_for(lambda: not heads(), 'end of the head', BIND_TIME)
+                while kept:
+                    os.close(kept.pop())
+            wait_for(lambda: not glob.glob('/dev/ttyUSB*'), 'end of the stick', BIND_TIME)
+    for fd in kept:
+        os.close(fd)
+    equal(heads(), [], 'heads')
+    module.unload()
+
+
+@test
+def module_storm_of_heads():
+    """The module goes and comes while heads are used."""
+    plug(UART)
+    fd = open_line(UART)
+    try:
+        with Users() as users:
+            for _ in range(MODULE_ROUNDS):
+                set_discipline(fd, LDISC)
+                looks = users.looks
+                wait_for(lambda: users.looks > looks, 'somebody who looks', BIND_TIME)
+                set_discipline(fd, N_TTY)
+                # somebody may have the tty open; its end is noticed at once
+                wait_for(unloaded, 'end of the module', BIND_TIME)
+    finally:
+        os.close(fd)
+        unplug(UART)
+
+
+def unloaded():
+    return subprocess.run(['modprobe', '-r', 'xy3'], stderr=subprocess.DEVNULL,
+                          check=False).returncode == 0
+
+
+@test
+def a_head_works_after_all():
+    with Attached(UART) as head, Cat(head) as cat:
+        head.ask('mark')
+        head.ask('stream', packets=200)
+        sent = head.ask('sent')
+        data = cat.wait_size(sent['bytes'])
+        equal(hashlib.sha1(data).hexdigest(), sent['sha1'], 'checksum')
