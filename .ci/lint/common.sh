@@ -53,6 +53,10 @@ copy_sources() {
 		done
 }
 
+# What a build must bring forth: drivers/NAME/NAME.ko
+# shellcheck disable=SC2034 # used by those who source this
+modules=(hid-xhc xy3)
+
 # Sparse does not know that guard() unlocks where its block ends, so it cannot count locks.
 # shellcheck disable=SC2034 # used by those who source this
 sparse_flags='-D__CHECK_ENDIAN__ -Wno-context'
