@@ -1,0 +1,382 @@
+// SPDX-License-Identifier: GPL-2.0-only
+/*
+ * Virtual XY3-100 compatible scanhead: the SPI controller, and time on its wires
+ *
+ * It takes a message at a time, as fast as it can or as slowly as the wire does. In both cases it
+ * knows how long the wire is busy with it. A controller of this kind goes from one message to the
+ * next without a pause when it has one; there is a gap when it had none as the last one ended, and
+ * the next one came after that.
+ */
+
+#include <linux/cleanup.h>
+#include <linux/delay.h>
+#include <linux/device.h>
+#include <linux/kernel.h>
+#include <linux/ktime.h>
+#include <linux/math64.h>
+#include <linux/minmax.h>
+#include <linux/platform_device.h>
+#include <linux/spi/spi.h>
+#include <linux/string.h>
+#include <linux/time64.h>
+
+#include "sim.h"
+
+/* It is not worth to sleep for less; the wire's clock goes on all the same */
+#define SIM_SLEEP_MIN_NS	(20 * NSEC_PER_USEC)
+
+/* What the SPI core waits between two transfers when nothing else is said */
+#define SIM_CS_CHANGE_NS	(10 * NSEC_PER_USEC)
+
+#define SIM_MODE		SPI_MODE_1
+
+/* ---- time ---- */
+
+static u64 sim_clocks_ns(u64 clocks, u32 speed)
+{
+	return div_u64(clocks * NSEC_PER_SEC, speed);
+}
+
+/* A message begins: has the wire been without one? */
+static void sim_bus_begin(struct xy3_sim_bus *bus)
+{
+	u64 now = ktime_get_ns();
+	u64 gap;
+
+	if (!bus->started) {
+		bus->started = true;
+		bus->until = now;
+		return;
+	}
+	if (!bus->dry || now <= bus->until)
+		return;
+	gap = now - bus->until;
+	bus->gaps++;
+	bus->gap_ns += gap;
+	bus->longest_gap_ns = max(bus->longest_gap_ns, gap);
+	bus->until = now;
+}
+
+/* The time that is said in a transfer, where the SPI core has one of its own for nothing */
+static u64 sim_delay_ns(struct spi_delay *delay, struct spi_transfer *transfer, u64 otherwise)
+{
+	int ns;
+
+	if (!delay->value)
+		return delay->unit == SPI_DELAY_UNIT_USECS ? otherwise : 0;
+	ns = spi_delay_to_ns(delay, transfer);
+	return ns > 0 ? ns : 0;
+}
+
+static void sim_wait(u64 until)
+{
+	u64 now = ktime_get_ns();
+	u64 us;
+
+	if (until < now + SIM_SLEEP_MIN_NS)
+		return;
+	us = div_u64(until - now, NSEC_PER_USEC);
+	usleep_range(us, us + 10);
+}
+
+/* ---- transfers ---- */
+
+static unsigned int sim_word_size(const struct spi_transfer *transfer)
+{
+	return transfer->bits_per_word <= 8 ? 1 : transfer->bits_per_word <= 16 ? 2 : 4;
+}
+
+static u32 sim_word(const struct spi_transfer *transfer, unsigned int size, unsigned int at)
+{
+	const void *data = transfer->tx_buf;
+
+	if (!data)
+		return 0;
+	return size == 1 ? ((const u8 *)data)[at] : ((const u32 *)data)[at];
+}
+
+static unsigned int sim_nbits(const struct spi_transfer *transfer)
+{
+	return transfer->tx_buf ? transfer->tx_nbits : SPI_NBITS_SINGLE;
+}
+
+static void sim_send(struct xy3_sim *sim, const struct spi_transfer *transfer, bool cs_word,
+		     bool active)
+{
+	unsigned int size = sim_word_size(transfer);
+	unsigned int nbits = sim_nbits(transfer);
+
+	if (size == 1 && !cs_word) {
+		xy3_sim_head_bytes(sim, transfer->tx_buf, transfer->len, nbits);
+		return;
+	}
+	for (unsigned int i = 0; i < transfer->len / size; i++) {
+		if (cs_word)
+			xy3_sim_head_select(sim, active);
+		xy3_sim_head_word(sim, sim_word(transfer, size, i), transfer->bits_per_word,
+				  nbits);
+		if (cs_word)
+			xy3_sim_head_select(sim, false);
+	}
+}
+
+/* What hardware cannot do */
+static int sim_check(const struct xy3_sim *sim, const struct spi_transfer *transfer)
+{
+	if (sim->config->max_transfer && transfer->len > sim->config->max_transfer)
+		return -EMSGSIZE;
+	if (!transfer->len)
+		return 0;
+	if (!transfer->speed_hz || sim_nbits(transfer) > sim->config->lines)
+		return -EINVAL;
+	/* several lines go one way; on the others nobody speaks */
+	if (transfer->rx_buf && (transfer->rx_nbits != SPI_NBITS_SINGLE ||
+				 sim_nbits(transfer) != SPI_NBITS_SINGLE))
+		return -EINVAL;
+	return 0;
+}
+
+static void sim_transfer(struct xy3_sim *sim, struct spi_device *spi,
+			 struct spi_transfer *transfer, bool last)
+{
+	struct xy3_sim_bus *bus = &sim->bus;
+	unsigned int words = transfer->len / sim_word_size(transfer);
+	u64 clocks = div_u64((u64)words * transfer->bits_per_word, sim_nbits(transfer));
+	bool cs_word = spi->mode & SPI_CS_WORD;
+	bool select = !(spi->mode & SPI_NO_CS) && !transfer->cs_off;
+	u64 ns = clocks ? sim_clocks_ns(clocks, transfer->speed_hz) : 0;
+	u64 delay = sim_delay_ns(&transfer->delay, transfer, 0);
+
+	if (!cs_word)
+		xy3_sim_head_select(sim, select);
+	sim_send(sim, transfer, cs_word, select);
+	/* the head says nothing on this bus */
+	if (transfer->rx_buf)
+		memset(transfer->rx_buf, 0xff, transfer->len);
+
+	delay += words * sim_delay_ns(&transfer->word_delay, transfer, 0);
+	if (transfer->cs_change != last)
+		xy3_sim_head_select(sim, false);
+	if (transfer->cs_change && !last)
+		delay += sim_delay_ns(&transfer->cs_change_delay, transfer, SIM_CS_CHANGE_NS);
+
+	transfer->effective_speed_hz = transfer->speed_hz;
+	bus->transfers++;
+	bus->clocks += clocks;
+	bus->busy_ns += ns;
+	bus->delay_ns += delay;
+	bus->until += ns + delay;
+}
+
+/* ---- messages ---- */
+
+static bool sim_message_fails(struct xy3_sim *sim)
+{
+	unsigned int every = xy3_sim_fault_value(sim, XY3_SIM_SPI_ERROR_EVERY);
+	unsigned int in = xy3_sim_fault_value(sim, XY3_SIM_SPI_ERROR_IN);
+
+	if (in && !atomic_dec_return(&sim->fault[XY3_SIM_SPI_ERROR_IN])) {
+		atomic_inc(&sim->fault_count[XY3_SIM_SPI_ERROR_IN]);
+		return true;
+	}
+	if (!every || ++sim->message < every)
+		return false;
+	sim->message = 0;
+	atomic_inc(&sim->fault_count[XY3_SIM_SPI_ERROR_EVERY]);
+	return true;
+}
+
+static int sim_transfers(struct xy3_sim *sim, struct spi_message *message)
+{
+	struct spi_transfer *transfer;
+	int err;
+
+	if (sim_message_fails(sim))
+		return -EIO;
+	list_for_each_entry(transfer, &message->transfers, transfer_list) {
+		err = sim_check(sim, transfer);
+		if (err)
+			return err;
+	}
+	/* a head takes data when the clock falls; in another mode they change just then */
+	sim->head.wrong_mode = (message->spi->mode & SPI_MODE_X_MASK) != SIM_MODE;
+	list_for_each_entry(transfer, &message->transfers, transfer_list) {
+		sim_transfer(sim, message->spi, transfer,
+			     list_is_last(&transfer->transfer_list, &message->transfers));
+		message->actual_length += transfer->len;
+	}
+	return 0;
+}
+
+/* Time that the fault takes, in ms */
+static unsigned int sim_stall(struct xy3_sim *sim)
+{
+	int ms = atomic_xchg(&sim->fault[XY3_SIM_SPI_STALL_MS], 0);
+
+	if (ms <= 0)
+		return 0;
+	atomic_inc(&sim->fault_count[XY3_SIM_SPI_STALL_MS]);
+	sim->bus.until += (u64)ms * NSEC_PER_MSEC;
+	sim->bus.stalled_ns += (u64)ms * NSEC_PER_MSEC;
+	return ms;
+}
+
+static int sim_message(struct spi_controller *controller, struct spi_message *message)
+{
+	struct xy3_sim *sim = spi_controller_get_devdata(controller);
+	unsigned int stall;
+	u64 until = 0;
+	bool dry;
+
+	scoped_guard(mutex, &sim->lock) {
+		sim_bus_begin(&sim->bus);
+		stall = sim_stall(sim);
+		message->status = sim_transfers(sim, message);
+		if (message->status) {
+			xy3_sim_head_select(sim, false);
+			sim->bus.failed_messages++;
+		} else {
+			sim->bus.messages++;
+		}
+		if (sim->realtime)
+			until = sim->bus.until;
+	}
+	if (stall)
+		msleep(stall);
+	sim_wait(until);
+
+	scoped_guard(spinlock_irqsave, &controller->queue_lock)
+		dry = list_empty(&controller->queue);
+	scoped_guard(mutex, &sim->lock)
+		sim->bus.dry = dry;
+	/* an error is in the message; the SPI core need not say it once more */
+	spi_finalize_current_message(controller);
+	return 0;
+}
+
+static size_t sim_max_transfer(struct spi_device *spi)
+{
+	struct xy3_sim *sim = spi_controller_get_devdata(spi->controller);
+
+	return sim->config->max_transfer ?: SIZE_MAX;
+}
+
+/* ---- the controller and its device ---- */
+
+static u32 sim_line_modes(unsigned int lines)
+{
+	u32 modes = 0;
+
+	if (lines >= 2)
+		modes |= SPI_TX_DUAL;
+	if (lines >= 4)
+		modes |= SPI_TX_QUAD;
+	if (lines >= 8)
+		modes |= SPI_TX_OCTAL;
+	return modes;
+}
+
+static u32 sim_device_mode(unsigned int lines)
+{
+	switch (lines) {
+	case 2:
+		return SPI_TX_DUAL;
+	case 4:
+		return SPI_TX_QUAD;
+	case 8:
+		return SPI_TX_OCTAL;
+	}
+	return 0;
+}
+
+static void sim_remove_node(void *data)
+{
+	struct xy3_sim *sim = data;
+
+	software_node_unregister(&sim->swnode);
+}
+
+/*
+ * The SPI core would register the node by itself, and drop it before the device's driver has gone;
+ * the devices that the driver has made have it as theirs, too.
+ */
+static int sim_add_node(struct xy3_sim *sim)
+{
+	int err;
+
+	for (unsigned int i = 0; i < sim->config->lines; i++)
+		sim->line_map[i] = xy3_sim_signal_name(sim->config->signal[i]);
+	sim->properties[0] = PROPERTY_ENTRY_STRING_ARRAY_LEN("lasia,line-map", sim->line_map,
+							     sim->config->lines);
+	sim->properties[1] = PROPERTY_ENTRY_U32("spi-tx-bus-width", sim->config->device_lines);
+	snprintf(sim->node_name, sizeof(sim->node_name), "xy3-sim.%u", sim->number);
+	sim->swnode.name = sim->node_name;
+	sim->swnode.properties = sim->properties;
+	err = software_node_register(&sim->swnode);
+	if (err)
+		return err;
+	return devm_add_action_or_reset(&sim->pdev->dev, sim_remove_node, sim);
+}
+
+static int sim_add_device(struct xy3_sim *sim)
+{
+	struct spi_board_info info = {
+		.max_speed_hz = sim->config->max_speed_hz,
+		.mode = SIM_MODE | sim_device_mode(sim->config->device_lines),
+		.swnode = &sim->swnode,
+	};
+	struct spi_device *spi;
+
+	/* a scan of one line is a word, and spidev does not let anybody choose */
+	if (sim->config->cs_word && sim->config->device_lines == 1)
+		info.mode |= SPI_CS_WORD;
+	strscpy(info.modalias, sim->config->modalias, sizeof(info.modalias));
+	spi = spi_new_device(sim->controller, &info);
+	if (!spi)
+		return -ENODEV;
+	strscpy(sim->spi_name, dev_name(&spi->dev), sizeof(sim->spi_name));
+	return 0;
+}
+
+/**
+ * xy3_sim_spi_add() - make the controller and the device on it
+ * @sim: the head
+ *
+ * Both go with the platform device.
+ *
+ * Return: 0 or an error.
+ */
+int xy3_sim_spi_add(struct xy3_sim *sim)
+{
+	struct device *dev = &sim->pdev->dev;
+	struct spi_controller *controller;
+	int err;
+
+	err = sim_add_node(sim);
+	if (err)
+		return err;
+	controller = devm_spi_alloc_host(dev, 0);
+	if (!controller)
+		return -ENOMEM;
+	sim->controller = controller;
+	spi_controller_set_devdata(controller, sim);
+	controller->bus_num = -1;
+	controller->num_chipselect = 1;
+	controller->max_speed_hz = sim->config->max_speed_hz;
+	controller->mode_bits = SPI_CPOL | SPI_CPHA | SPI_NO_CS |
+				sim_line_modes(sim->config->lines);
+	controller->bits_per_word_mask = SPI_BPW_MASK(8);
+	if (sim->config->cs_word) {
+		controller->mode_bits |= SPI_CS_WORD;
+		controller->bits_per_word_mask |= SPI_BPW_MASK(24) | SPI_BPW_MASK(32);
+	}
+	controller->max_transfer_size = sim_max_transfer;
+	controller->transfer_one_message = sim_message;
+	err = devm_spi_register_controller(dev, controller);
+	if (err)
+		return dev_err_probe(dev, err, "no SPI controller\n");
+	err = sim_add_device(sim);
+	if (err)
+		return dev_err_probe(dev, err, "no SPI device\n");
+	return 0;
+}

@@ -1,0 +1,495 @@
+/* SPDX-License-Identifier: GPL-2.0-only */
+/*
+ * Virtual XY3-100 compatible scanhead: what its files share
+ *
+ *   SPI device -> sim-spi -> clocks -> sim-head -> positions, commands -> sim-record, debugfs
+ *                    |                    |
+ *               bus time, gaps      rate, bad frames
+ *                                         v
+ *             tty <- sim-uart <- sim-telemetry
+ *
+ * It shares no line with the drivers that it is there to try: what it knows of the format it has
+ * from the format's description alone.
+ */
+#ifndef XY3_SIM_H
+#define XY3_SIM_H
+
+#include <linux/atomic.h>
+#include <linux/mutex.h>
+#include <linux/prandom.h>
+#include <linux/property.h>
+#include <linux/tty.h>
+#include <linux/types.h>
+#include <linux/workqueue.h>
+
+#define XY3_SIM_HEADS_MAX	4
+#define XY3_SIM_LINES_MAX	8
+#define XY3_SIM_AXES		5
+#define XY3_SIM_CLOCKS_MAX	32	/* clocks of a frame that are kept */
+#define XY3_SIM_GAP_CLOCKS	2	/* least time of SYNC between frames when it is a line */
+#define XY3_SIM_COMMANDS	16	/* commands that are remembered */
+#define XY3_SIM_COMPONENTS	22
+#define XY3_SIM_RECORD_MAX	(4 * 1024 * 1024)
+#define XY3_SIM_NO_CODE		U32_MAX	/* in a record: the axis had no good position */
+#define XY3_SIM_TEXT_MAX	200
+#define XY3_SIM_NODES		40	/* debugfs files of text, at most */
+
+struct dentry;
+struct platform_device;
+struct seq_file;
+struct xy3_sim;
+
+/**
+ * struct xy3_sim_config - what the module's parameters say, the same for all heads
+ * @lines: data lines of the controller: 1, 2, 4 or 8
+ * @device_lines: data lines that the SPI device is said to have
+ * @signal: what each line carries, by enum xy3_sim_signal
+ * @cs_word: the controller can move the chip select after each word
+ * @max_speed_hz: of the controller and the device
+ * @max_transfer: longest transfer in bytes, 0 for any
+ * @uart_max: highest speed of the UART in bit/s
+ * @modalias: of the SPI device
+ * @realtime: transfers take the time that they take on a wire
+ * @interval_ms: between rounds of telemetry, 0 for none
+ * @sync_ms: between sync packets, 0 for none
+ */
+struct xy3_sim_config {
+	unsigned int lines;
+	unsigned int device_lines;
+	u8 signal[XY3_SIM_LINES_MAX];
+	bool cs_word;
+	unsigned int max_speed_hz;
+	unsigned int max_transfer;
+	unsigned int uart_max;
+	const char *modalias;
+	bool realtime;
+	unsigned int interval_ms;
+	unsigned int sync_ms;
+};
+
+/**
+ * enum xy3_sim_signal - what a data line carries
+ * @XY3_SIM_X: axis X; Y, Z, U and W follow
+ * @XY3_SIM_SYNC: SYNC
+ * @XY3_SIM_NONE: nothing
+ */
+enum xy3_sim_signal {
+	XY3_SIM_X,
+	XY3_SIM_SYNC = XY3_SIM_AXES,
+	XY3_SIM_NONE
+};
+
+/**
+ * struct xy3_sim_axis - one axis of the head
+ * @line: its data line, or -1
+ * @bits: of the last position, 0 before the first one
+ * @code: the last position
+ * @frames: good frames, positions and commands
+ * @parity_errors: frames whose count of ones is wrong
+ * @length_errors: frames with another number of clocks than their first bit says
+ * @mode_errors: frames in another SPI mode than 1
+ * @idle: frames in which the line was low all the time
+ */
+struct xy3_sim_axis {
+	s8 line;
+	u8 bits;
+	u32 code;
+	u64 frames;
+	u64 parity_errors;
+	u64 length_errors;
+	u64 mode_errors;
+	u64 idle;
+};
+
+/**
+ * struct xy3_sim_command - a command that was received
+ * @scan: how many scans had been received before
+ * @code: its 20 bits
+ */
+struct xy3_sim_command {
+	u64 scan;
+	u32 code;
+};
+
+/**
+ * struct xy3_sim_head - the receiver
+ * @lines: data lines that it is wired to
+ * @signal: what each carries
+ * @sync: the line of SYNC, -1 when that is the chip select
+ * @axis: the axes
+ * @inside: SYNC is low: a frame is being received
+ * @wrong_mode: in another SPI mode than 1
+ * @clocks: of the frame so far
+ * @gap: clocks since the last one, when SYNC is a line
+ * @symbol: the lines' levels in each clock of the frame
+ * @scans: frames with a good position on at least one axis
+ * @short_gaps: frames that began too soon after the one before
+ * @stray_clocks: clocks outside of a frame, with the chip select not active
+ * @commands: received in good frames on X
+ * @unknown_commands: those among them that mean nothing
+ * @log: the last of them, at their number modulo the size
+ * @rate: of the backchannel in bit/s
+ * @autocalib: axes with automatic calibration
+ * @temp_comp: axes with temperature compensation
+ * @calibrated: axes that have been calibrated
+ * @referenced: axes that have made a reference run
+ */
+struct xy3_sim_head {
+	unsigned int lines;
+	u8 signal[XY3_SIM_LINES_MAX];
+	s8 sync;
+	struct xy3_sim_axis axis[XY3_SIM_AXES];
+	bool inside;
+	bool wrong_mode;
+	u32 clocks;
+	u32 gap;
+	u8 symbol[XY3_SIM_CLOCKS_MAX];
+	u64 scans;
+	u64 short_gaps;
+	u64 stray_clocks;
+	u64 commands;
+	u64 unknown_commands;
+	struct xy3_sim_command log[XY3_SIM_COMMANDS];
+	unsigned int rate;
+	u32 autocalib;
+	u32 temp_comp;
+	u32 calibrated;
+	u32 referenced;
+};
+
+/**
+ * struct xy3_sim_record - scans that are kept
+ * @codes: of one scan after another, those of the axes that are on a line
+ * @axes: how many these are
+ * @room: scans that there is room for
+ * @count: scans kept so far
+ * @changes: a scan that is the same as the one before is not kept
+ */
+struct xy3_sim_record {
+	u32 *codes;
+	unsigned int axes;
+	u32 room;
+	u32 count;
+	bool changes;
+};
+
+/**
+ * struct xy3_sim_bus - time on the wire
+ * @started: a message has been sent
+ * @dry: the controller had nothing more to send when the last message ended
+ * @until: when the last message ends, in ns of the monotonic clock
+ * @messages: sent
+ * @failed_messages: not sent
+ * @transfers: sent
+ * @clocks: sent
+ * @busy_ns: time of these clocks
+ * @delay_ns: time that messages wished to wait
+ * @stalled_ns: time in which the fault spi_stall_ms held messages up
+ * @gaps: how often the bus had nothing to send
+ * @gap_ns: how long in all
+ * @longest_gap_ns: the longest of them
+ */
+struct xy3_sim_bus {
+	bool started;
+	bool dry;
+	u64 until;
+	u64 messages;
+	u64 failed_messages;
+	u64 transfers;
+	u64 clocks;
+	u64 busy_ns;
+	u64 delay_ns;
+	u64 stalled_ns;
+	u64 gaps;
+	u64 gap_ns;
+	u64 longest_gap_ns;
+};
+
+/**
+ * enum xy3_sim_text - texts that the head reports
+ * @XY3_SIM_VENDOR: packet 01h; model, firmware and serial follow
+ * @XY3_SIM_TEXTS: number of texts
+ */
+enum xy3_sim_text {
+	XY3_SIM_VENDOR,
+	XY3_SIM_TEXTS = 4
+};
+
+/**
+ * enum xy3_sim_array - numbers that the head reports, one for each component
+ * @XY3_SIM_TEMPERATURES: 1/100 degree
+ * @XY3_SIM_ERRORS: error codes
+ * @XY3_SIM_HOURS: hours of work
+ * @XY3_SIM_ARRAYS: number of arrays
+ */
+enum xy3_sim_array {
+	XY3_SIM_TEMPERATURES,
+	XY3_SIM_ERRORS,
+	XY3_SIM_HOURS,
+	XY3_SIM_ARRAYS
+};
+
+/**
+ * struct xy3_sim_array_kind - how an array is sent
+ * @type: of its packet
+ * @size: bytes of a number
+ * @min: the lowest one
+ * @max: the highest one
+ * @none: what is sent for a component that has none
+ */
+struct xy3_sim_array_kind {
+	u8 type;
+	u8 size;
+	s64 min;
+	s64 max;
+	s64 none;
+};
+
+/**
+ * struct xy3_sim_telemetry - what the head reports
+ * @interval_ms: between rounds, 0 for none
+ * @sync_ms: between sync packets, 0 for none
+ * @next_round: jiffies of the next round
+ * @next_sync: jiffies of the next sync packet
+ * @big_endian: byte order of numbers
+ * @text: by enum xy3_sim_text; empty ones are not sent
+ * @count: by enum xy3_sim_array: how many numbers; 0 and the array is not sent
+ * @value: the numbers
+ */
+struct xy3_sim_telemetry {
+	unsigned int interval_ms;
+	unsigned int sync_ms;
+	unsigned long next_round;
+	unsigned long next_sync;
+	bool big_endian;
+	char text[XY3_SIM_TEXTS][XY3_SIM_TEXT_MAX + 1];
+	unsigned int count[XY3_SIM_ARRAYS];
+	s64 value[XY3_SIM_ARRAYS][XY3_SIM_COMPONENTS];
+};
+
+/**
+ * struct xy3_sim_uart - the UART at the end of the backchannel
+ * @port: its tty port; the head is freed with it
+ * @speed: of the tty in bit/s; written by the tty, read by the worker
+ * @open: somebody has the tty open
+ * @openings: how often it was opened
+ * @packets: sent as they are
+ * @bytes: in them
+ * @damaged_packets: sent with a fault
+ * @garbled_packets: sent while the tty had another speed than the head
+ * @silenced_packets: not sent because of the fault uart_silence
+ * @held_back: rounds and sync packets that were not sent as the reader was slow
+ * @lost_bytes: that found no room
+ * @written_bytes: that the host has sent to the head, which has no ear for them
+ */
+struct xy3_sim_uart {
+	struct tty_port port;
+	unsigned int speed;
+	bool open;
+	u64 openings;
+	u64 packets;
+	u64 bytes;
+	u64 damaged_packets;
+	u64 garbled_packets;
+	u64 silenced_packets;
+	u64 held_back;
+	u64 lost_bytes;
+	atomic64_t written_bytes;
+};
+
+/**
+ * enum xy3_sim_fault - what can be made to go wrong
+ * @XY3_SIM_SPI_FLIP: frames in which one bit is to be wrong
+ * @XY3_SIM_SPI_FLIP_EVERY: one bit is wrong in one frame of so many
+ * @XY3_SIM_SPI_FLIP_LINE: in this line, counted from 1; 0: in any of those that carry an axis
+ * @XY3_SIM_SPI_FLIP_CLOCK: in this clock, counted from 1; 0: in any
+ * @XY3_SIM_SPI_CLOCK: frames of which the last clock is to be lost
+ * @XY3_SIM_SPI_ERROR_IN: the message that fails, 1 is the next one
+ * @XY3_SIM_SPI_ERROR_EVERY: one message of so many fails
+ * @XY3_SIM_SPI_STALL_MS: the next message takes so much longer
+ * @XY3_SIM_UART_SILENCE: packets that are not sent
+ * @XY3_SIM_UART_NOISE: packets with noise before them
+ * @XY3_SIM_UART_LOST: packets that lose a byte
+ * @XY3_SIM_UART_DOUBLED: packets with a byte that comes twice
+ * @XY3_SIM_UART_FLIPPED: packets with a wrong bit
+ * @XY3_SIM_UART_TORN: packets that break off in the middle
+ * @XY3_SIM_UART_LENGTH: packets with a wrong length byte
+ * @XY3_SIM_UART_LINE_ERROR: packets in which a byte has a framing error
+ * @XY3_SIM_FAULTS: number of faults
+ */
+enum xy3_sim_fault {
+	XY3_SIM_SPI_FLIP,
+	XY3_SIM_SPI_FLIP_EVERY,
+	XY3_SIM_SPI_FLIP_LINE,
+	XY3_SIM_SPI_FLIP_CLOCK,
+	XY3_SIM_SPI_CLOCK,
+	XY3_SIM_SPI_ERROR_IN,
+	XY3_SIM_SPI_ERROR_EVERY,
+	XY3_SIM_SPI_STALL_MS,
+	XY3_SIM_UART_SILENCE,
+	XY3_SIM_UART_NOISE,
+	XY3_SIM_UART_LOST,
+	XY3_SIM_UART_DOUBLED,
+	XY3_SIM_UART_FLIPPED,
+	XY3_SIM_UART_TORN,
+	XY3_SIM_UART_LENGTH,
+	XY3_SIM_UART_LINE_ERROR,
+	XY3_SIM_FAULTS
+};
+
+/**
+ * struct xy3_sim_file - a file of text
+ * @name: its name
+ * @show: writes what is read, or NULL
+ * @store: takes what is written, without blanks around it, or NULL
+ * @index: which one of several
+ *
+ * Both are called with the head's lock held.
+ */
+struct xy3_sim_file {
+	const char *name;
+	void (*show)(struct seq_file *seq, struct xy3_sim *sim, unsigned int index);
+	int (*store)(struct xy3_sim *sim, char *text, unsigned int index);
+	unsigned int index;
+};
+
+/**
+ * struct xy3_sim_node - what is behind a debugfs file
+ * @sim: whose it is
+ * @file: which one
+ */
+struct xy3_sim_node {
+	struct xy3_sim *sim;
+	const struct xy3_sim_file *file;
+};
+
+/**
+ * struct xy3_sim - a virtual scanhead
+ * @pdev: its platform device
+ * @number: 0 for the first one
+ * @config: what it was made from
+ * @controller: its SPI controller
+ * @spi_name: name of the SPI device
+ * @properties: of the SPI device
+ * @line_map: one of them, a word for each line
+ * @swnode: its software node
+ * @node_name: its name
+ * @fault: what is to go wrong; written at any time
+ * @fault_count: how often it has
+ * @debugfs: its directory
+ * @nodes: what is behind its files of text
+ * @node_count: how many these are
+ * @lock: protects all that follows, and @uart except where it says otherwise
+ * @gone: going away: no work is queued any more
+ * @realtime: transfers take their time
+ * @head: the receiver
+ * @record: what it has kept
+ * @bus: the wire
+ * @telemetry: what it reports
+ * @uart: where it reports it
+ * @random: for faults
+ * @frames: of SPI since the last one with a wrong bit
+ * @message: of SPI since the last one that failed
+ * @work: sends telemetry
+ */
+struct xy3_sim {
+	struct platform_device *pdev;
+	unsigned int number;
+	const struct xy3_sim_config *config;
+	struct spi_controller *controller;
+	char spi_name[32];
+	struct property_entry properties[3];
+	const char *line_map[XY3_SIM_LINES_MAX];
+	struct software_node swnode;
+	char node_name[16];
+	atomic_t fault[XY3_SIM_FAULTS];
+	atomic_t fault_count[XY3_SIM_FAULTS];
+	struct dentry *debugfs;
+	struct xy3_sim_node nodes[XY3_SIM_NODES];
+	unsigned int node_count;
+
+	struct mutex lock;	/* see above */
+	bool gone;
+	bool realtime;
+	struct xy3_sim_head head;
+	struct xy3_sim_record record;
+	struct xy3_sim_bus bus;
+	struct xy3_sim_telemetry telemetry;
+	struct xy3_sim_uart uart;
+	struct rnd_state random;
+	unsigned int frames;
+	unsigned int message;
+	struct delayed_work work;
+};
+
+/* Whether a fault that is counted down happens now */
+static inline bool xy3_sim_fault(struct xy3_sim *sim, enum xy3_sim_fault fault)
+{
+	if (atomic_dec_if_positive(&sim->fault[fault]) < 0)
+		return false;
+	atomic_inc(&sim->fault_count[fault]);
+	return true;
+}
+
+/* What a fault is set to, 0 for off */
+static inline unsigned int xy3_sim_fault_value(struct xy3_sim *sim, enum xy3_sim_fault fault)
+{
+	int value = atomic_read(&sim->fault[fault]);
+
+	return value > 0 ? value : 0;
+}
+
+/* The lock is held */
+static inline unsigned int xy3_sim_random(struct xy3_sim *sim, unsigned int below)
+{
+	return prandom_u32_state(&sim->random) % below;
+}
+
+/* sim-core.c */
+int xy3_sim_parse_signals(const char *text, unsigned int lines, u8 *signal);
+const char *xy3_sim_signal_name(u8 signal);
+void xy3_sim_reset_counts(struct xy3_sim *sim);
+void xy3_sim_power_cycle(struct xy3_sim *sim);
+
+/* sim-spi.c */
+int xy3_sim_spi_add(struct xy3_sim *sim);
+
+/* sim-head.c */
+void xy3_sim_head_wire(struct xy3_sim *sim, unsigned int lines, const u8 *signal);
+void xy3_sim_head_select(struct xy3_sim *sim, bool active);
+void xy3_sim_head_bytes(struct xy3_sim *sim, const u8 *data, size_t size, unsigned int nbits);
+void xy3_sim_head_word(struct xy3_sim *sim, u32 word, unsigned int bits, unsigned int nbits);
+const char *xy3_sim_command_name(u32 code, bool *axes);
+u64 xy3_sim_bad_frames(const struct xy3_sim_axis *axis);
+
+/* sim-record.c */
+int xy3_sim_record_start(struct xy3_sim *sim, u32 scans, bool changes);
+void xy3_sim_record_scan(struct xy3_sim *sim, const u32 *codes);
+void xy3_sim_record_debugfs(struct xy3_sim *sim);
+
+/* sim-uart.c */
+int xy3_sim_tty_init(void);
+void xy3_sim_tty_exit(void);
+int xy3_sim_uart_add(struct xy3_sim *sim);
+void xy3_sim_uart_remove(void *data);
+void xy3_sim_uart_send(struct xy3_sim *sim, const u8 *data, size_t size, int line_error);
+void xy3_sim_uart_push(struct xy3_sim *sim);
+bool xy3_sim_uart_room(struct xy3_sim *sim);
+
+/* sim-telemetry.c */
+extern const struct xy3_sim_array_kind xy3_sim_array_kinds[XY3_SIM_ARRAYS];
+void xy3_sim_telemetry_init(struct xy3_sim *sim);
+void xy3_sim_telemetry_soon(struct xy3_sim *sim);
+void xy3_sim_report(struct xy3_sim *sim);
+void xy3_sim_telemetry_work(struct work_struct *work);
+
+/* sim-files.c */
+extern const struct xy3_sim_file xy3_sim_uart_files[];
+extern const unsigned int xy3_sim_uart_file_count;
+
+/* sim-debugfs.c */
+void xy3_sim_debugfs_init(void);
+void xy3_sim_debugfs_exit(void);
+int xy3_sim_debugfs_add(struct xy3_sim *sim);
+
+#endif /* XY3_SIM_H */
