@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: GPL-2.0-only
+/*
+ * XY3-100 forward channel: the IIO output buffer
+ *
+ * A write is encoded at once, by who writes, into the blocks that the controller will be given.
+ * Nothing is left to do when a message is done but to hand over the next one.
+ */
+
+#include <linux/err.h>
+#include <linux/minmax.h>
+#include <linux/uaccess.h>
+
+#include "xy3-spi.h"
+
+static struct xy3_iio *xy3_from_buffer(struct iio_buffer *buffer)
+{
+	return container_of(buffer, struct xy3_iio, buffer);
+}
+
+/* Lay the channels that were written over the positions of those that are not in the buffer */
+static void xy3_spread_channels(struct xy3_iio *iio, size_t scans)
+{
+	const unsigned long *mask = iio->buffer.scan_mask;
+	unsigned int axes = iio->stream.map.axes;
+	u32 max = xy3_code_max(&iio->stream.map);
+	const __le32 *in = iio->input;
+	u32 *out = iio->codes;
+	u64 masked = 0;
+
+	for (; scans; scans--) {
+		for (unsigned int i = 0; i < axes; i++) {
+			if (test_bit(i, mask)) {
+				u32 code = le32_to_cpu(*in++);
+
+				masked += code > max;
+				iio->position[i] = code & max;
+			}
+			*out++ = iio->position[i];
+		}
+	}
+	if (masked)
+		xy3_stream_count_masked(&iio->stream, masked);
+}
+
+/* Fill one block, or what is left of it. Return the bytes taken; 0 when all of it has no room. */
+static ssize_t xy3_fill_block(struct xy3_iio *iio, size_t size, const char __user *data)
+{
+	struct xy3_stream *stream = &iio->stream;
+	size_t each = iio->buffer.bytes_per_datum;
+	struct xy3_block *block;
+	ssize_t taken;
+	size_t scans;
+
+	block = xy3_stream_take(stream, size / each);
+	if (IS_ERR_OR_NULL(block))
+		return PTR_ERR_OR_ZERO(block);
+
+	scans = min_t(size_t, block->scans_max - block->scans, size / each);
+	taken = scans * each;
+	if (copy_from_user(iio->input, data, taken)) {
+		taken = -EFAULT;
+	} else {
+		xy3_spread_channels(iio, scans);
+		xy3_stream_encode(stream, iio->codes, scans,
+				  block->data + block->scans * xy3_stream_scan_size(stream));
+		block->scans += scans;
+	}
+	xy3_stream_give(stream, block);
+	return taken;
+}
+
+/*
+ * The IIO core forgets what was taken when a signal comes before the rest of a write, and the
+ * program would write it once more: so a write that can be taken whole is, or not at all.
+ */
+static int xy3_buffer_write(struct iio_buffer *buffer, size_t size, const char __user *data)
+{
+	struct xy3_iio *iio = xy3_from_buffer(buffer);
+	ssize_t part, done = 0;
+	size_t each;
+
+	guard(mutex)(&iio->lock);
+	each = buffer->bytes_per_datum;
+	if (!each || !size || size % each)
+		return -EINVAL;
+	/* the IIO core comes again with the rest, and in between others have their turn */
+	size = min(size, xy3_stream_write_max(&iio->stream) * each);
+	while (done < size) {
+		part = xy3_fill_block(iio, size - done, data + done);
+		if (part <= 0)
+			return done ?: part;
+		done += part;
+	}
+	return done;
+}
+
+static size_t xy3_buffer_space(struct iio_buffer *buffer)
+{
+	return xy3_stream_room(&xy3_from_buffer(buffer)->stream);
+}
+
+/* The IIO core asks for the sake of an attribute, and does not look whether there is an answer */
+static size_t xy3_buffer_data(struct iio_buffer *buffer)
+{
+	return xy3_stream_waiting(&xy3_from_buffer(buffer)->stream);
+}
+
+static int xy3_buffer_set_bytes_per_datum(struct iio_buffer *buffer, size_t bytes)
+{
+	buffer->bytes_per_datum = bytes;
+	return 0;
+}
+
+static int xy3_buffer_set_length(struct iio_buffer *buffer, unsigned int length)
+{
+	buffer->length = max(length, 2U);
+	return 0;
+}
+
+static int xy3_buffer_request_update(struct iio_buffer *buffer)
+{
+	struct xy3_iio *iio = xy3_from_buffer(buffer);
+
+	guard(mutex)(&iio->lock);
+	return xy3_stream_blocks(&iio->stream, buffer->length);
+}
+
+/* The buffer is a part of the IIO device, and goes with it */
+static void xy3_buffer_release(struct iio_buffer *buffer)
+{
+}
+
+static const struct iio_buffer_access_funcs xy3_buffer_access = {
+	.write = xy3_buffer_write,
+	.space_available = xy3_buffer_space,
+	.data_available = xy3_buffer_data,
+	.set_bytes_per_datum = xy3_buffer_set_bytes_per_datum,
+	.set_length = xy3_buffer_set_length,
+	.request_update = xy3_buffer_request_update,
+	.release = xy3_buffer_release,
+	.modes = INDIO_BUFFER_SOFTWARE,
+};
+
+/**
+ * xy3_buffer_orphan() - the IIO device has gone, but a program may still have its buffer open
+ * @iio: the IIO device
+ *
+ * A file of the buffer keeps neither the IIO device registered nor this module loaded. All that
+ * will be called when it is closed at last is release(), which must not be in the module then;
+ * one of the IIO core's that does no harm to a buffer without users stands in for it.
+ */
+void xy3_buffer_orphan(struct xy3_iio *iio)
+{
+	iio->access = *iio->buffer.access;
+	iio->access.release = iio_buffer_init;
+	iio->buffer.access = &iio->access;
+}
+
+/**
+ * xy3_buffer_init() - prepare the buffer of an IIO device
+ * @iio: the IIO device
+ */
+void xy3_buffer_init(struct xy3_iio *iio)
+{
+	struct iio_buffer *buffer = &iio->buffer;
+
+	iio_buffer_init(buffer);
+	buffer->access = &xy3_buffer_access;
+	buffer->direction = IIO_BUFFER_DIRECTION_OUT;
+	buffer->length = XY3_BLOCKS_MIN * XY3_BLOCK_SCANS;
+}

@@ -1,0 +1,313 @@
+// SPDX-License-Identifier: GPL-2.0-only
+/*
+ * XY3-100 forward channel: the IIO device - one output channel for each axis, and a buffer
+ */
+
+#include <linux/err.h>
+#include <linux/iio/buffer.h>
+#include <linux/iio/iio.h>
+#include <linux/iio/sysfs.h>
+#include <linux/kstrtox.h>
+#include <iio-compat.h>
+
+#include "xy3-spi.h"
+
+static const char * const xy3_letters[XY3_AXES] = {
+	[XY3_AXIS_X] = "x",
+	[XY3_AXIS_Y] = "y",
+	[XY3_AXIS_Z] = "z",
+	[XY3_AXIS_U] = "u",
+	[XY3_AXIS_W] = "w",
+};
+
+/* ---- one position ---- */
+
+static int xy3_read_raw(struct iio_dev *indio_dev, struct iio_chan_spec const *channel, int *value,
+			int *unused, long mask)
+{
+	struct xy3_iio *iio = iio_priv(indio_dev);
+	struct xy3_stream *stream = &iio->stream;
+
+	switch (mask) {
+	case IIO_CHAN_INFO_RAW: {
+		guard(mutex)(&iio->lock);
+		*value = iio->position[channel->scan_index];
+		return IIO_VAL_INT;
+	}
+	case IIO_CHAN_INFO_SAMP_FREQ:
+		*value = stream->rate;
+		return IIO_VAL_INT;
+	default:
+		return -EINVAL;
+	}
+}
+
+static int xy3_write_position(struct xy3_iio *iio, unsigned int index, int value)
+{
+	u32 was = iio->position[index];
+	int err;
+
+	if (value < 0 || value > xy3_code_max(&iio->stream.map))
+		return -ERANGE;
+	iio->position[index] = value;
+	err = xy3_stream_position(&iio->stream, iio->position);
+	if (err)
+		iio->position[index] = was;
+	return err;
+}
+
+static int xy3_write_rate(struct xy3_iio *iio, int rate)
+{
+	if (rate < 1 || rate > xy3_stream_rate_max(&iio->stream))
+		return -ERANGE;
+	iio->stream.rate = rate;
+	return 0;
+}
+
+static int xy3_write_raw(struct iio_dev *indio_dev, struct iio_chan_spec const *channel, int value,
+			 int unused, long mask)
+{
+	struct xy3_iio *iio = iio_priv(indio_dev);
+	int err = -EINVAL;
+
+	/* not while a stream runs: it has the word */
+	if (!iio_device_claim_direct(indio_dev))
+		return -EBUSY;
+	scoped_guard(mutex, &iio->lock) {
+		if (mask == IIO_CHAN_INFO_RAW)
+			err = xy3_write_position(iio, channel->scan_index, value);
+		else if (mask == IIO_CHAN_INFO_SAMP_FREQ)
+			err = xy3_write_rate(iio, value);
+	}
+	iio_device_release_direct(indio_dev);
+	return err;
+}
+
+static int xy3_write_raw_get_fmt(struct iio_dev *indio_dev, struct iio_chan_spec const *channel,
+				 long mask)
+{
+	return IIO_VAL_INT;
+}
+
+static int xy3_read_label(struct iio_dev *indio_dev, struct iio_chan_spec const *channel,
+			  char *label)
+{
+	return sysfs_emit(label, "%s\n", xy3_letters[channel->address]);
+}
+
+/* ---- settings and counters ---- */
+
+#define XY3_CODE24_BITS		20
+#define XY3_CODE32_BITS		26
+#define XY3_CODE_BITS_MORE	(XY3_CODE32_BITS - XY3_CODE24_BITS)
+
+static void xy3_set_bits(struct xy3_iio *iio, unsigned int bits)
+{
+	for (unsigned int i = 0; i < iio->stream.map.axes; i++)
+		iio->channels[i].scan_type.realbits = bits == 32 ? XY3_CODE32_BITS :
+								     XY3_CODE24_BITS;
+}
+
+static ssize_t frame_bits_show(struct device *dev, struct device_attribute *attr, char *buf)
+{
+	return sysfs_emit(buf, "%u\n", xy3_iio_stream(dev_to_iio_dev(dev))->map.frame_bits);
+}
+
+/* Positions stay where they are: six bits more, or six less */
+static int xy3_change_bits(struct xy3_iio *iio, unsigned int bits)
+{
+	unsigned int was = iio->stream.map.frame_bits;
+	int err;
+
+	err = xy3_stream_resize(&iio->stream, bits);
+	if (err || bits == was)
+		return err;
+	for (unsigned int i = 0; i < iio->stream.map.axes; i++) {
+		if (bits == 32)
+			iio->position[i] <<= XY3_CODE_BITS_MORE;
+		else
+			iio->position[i] >>= XY3_CODE_BITS_MORE;
+	}
+	xy3_set_bits(iio, bits);
+	return 0;
+}
+
+static ssize_t frame_bits_store(struct device *dev, struct device_attribute *attr, const char *buf,
+				size_t count)
+{
+	struct iio_dev *indio_dev = dev_to_iio_dev(dev);
+	struct xy3_iio *iio = iio_priv(indio_dev);
+	unsigned int bits;
+	int err;
+
+	err = kstrtouint(buf, 10, &bits);
+	if (err)
+		return err;
+	if (!iio_device_claim_direct(indio_dev))
+		return -EBUSY;
+	scoped_guard(mutex, &iio->lock)
+		err = xy3_change_bits(iio, bits);
+	iio_device_release_direct(indio_dev);
+	return err ?: count;
+}
+static DEVICE_ATTR_RW(frame_bits);
+
+static ssize_t achieved_frequency_show(struct device *dev, struct device_attribute *attr,
+				       char *buf)
+{
+	return sysfs_emit(buf, "%u\n", xy3_stream_achieved(xy3_iio_stream(dev_to_iio_dev(dev))));
+}
+static DEVICE_ATTR_RO(achieved_frequency);
+
+#define XY3_STREAM_STAT(_name, _stat)							\
+static ssize_t _name##_show(struct device *dev, struct device_attribute *attr, char *buf)	\
+{											\
+	return sysfs_emit(buf, "%llu\n",						\
+			  xy3_stream_stat(xy3_iio_stream(dev_to_iio_dev(dev)), _stat));	\
+}											\
+static DEVICE_ATTR_RO(_name)
+
+XY3_STREAM_STAT(scans, XY3_SCANS);
+XY3_STREAM_STAT(repeated, XY3_REPEATED);
+XY3_STREAM_STAT(underruns, XY3_UNDERRUNS);
+XY3_STREAM_STAT(commands, XY3_COMMANDS);
+XY3_STREAM_STAT(bus_errors, XY3_ERRORS);
+XY3_STREAM_STAT(masked_codes, XY3_MASKED);
+
+static struct attribute *xy3_iio_attrs[] = {
+	&dev_attr_frame_bits.attr,
+	&dev_attr_achieved_frequency.attr,
+	&dev_attr_scans.attr,
+	&dev_attr_repeated.attr,
+	&dev_attr_underruns.attr,
+	&dev_attr_commands.attr,
+	&dev_attr_bus_errors.attr,
+	&dev_attr_masked_codes.attr,
+	NULL
+};
+
+static const struct attribute_group xy3_iio_group = {
+	.attrs = xy3_iio_attrs,
+};
+
+static const struct iio_info xy3_iio_info = {
+	.read_raw = xy3_read_raw,
+	.write_raw = xy3_write_raw,
+	.write_raw_get_fmt = xy3_write_raw_get_fmt,
+	.read_label = xy3_read_label,
+	.attrs = &xy3_iio_group,
+};
+
+/* ---- the buffer's stream ---- */
+
+static int xy3_postenable(struct iio_dev *indio_dev)
+{
+	return xy3_stream_start(xy3_iio_stream(indio_dev));
+}
+
+static int xy3_predisable(struct iio_dev *indio_dev)
+{
+	struct xy3_iio *iio = iio_priv(indio_dev);
+
+	/* who is writing may finish */
+	guard(mutex)(&iio->lock);
+	xy3_stream_stop(&iio->stream);
+	return 0;
+}
+
+static const struct iio_buffer_setup_ops xy3_setup_ops = {
+	.postenable = xy3_postenable,
+	.predisable = xy3_predisable,
+};
+
+/* ---- for the bus ---- */
+
+static void xy3_make_channels(struct xy3_iio *iio)
+{
+	for (unsigned int i = 0; i < iio->stream.map.axes; i++)
+		iio->channels[i] = (struct iio_chan_spec) {
+			.type = IIO_ANGL,
+			.output = 1,
+			.indexed = 1,
+			.channel = i,
+			.address = iio->stream.map.axis[i],
+			.info_mask_separate = BIT(IIO_CHAN_INFO_RAW),
+			.info_mask_shared_by_all = BIT(IIO_CHAN_INFO_SAMP_FREQ),
+			.scan_index = i,
+			.scan_type = {
+				.sign = 'u',
+				.storagebits = 32,
+				.endianness = IIO_LE,
+			},
+		};
+	xy3_set_bits(iio, iio->stream.map.frame_bits);
+}
+
+/**
+ * xy3_iio_register() - make the IIO device
+ * @spi: the SPI device
+ * @map: which line carries what
+ * @word_is_scan: the controller makes SYNC out of words
+ * @rate: frames per second at the start
+ *
+ * Return: the IIO device or an error.
+ */
+struct iio_dev *xy3_iio_register(struct spi_device *spi, const struct xy3_line_map *map,
+				 bool word_is_scan, unsigned int rate)
+{
+	struct iio_dev *indio_dev;
+	struct xy3_iio *iio;
+	int err;
+
+	indio_dev = iio_device_alloc(&spi->dev, sizeof(*iio));
+	if (!indio_dev)
+		return ERR_PTR(-ENOMEM);
+	iio = iio_priv(indio_dev);
+	mutex_init(&iio->lock);
+	iio->stream.spi = spi;
+	iio->stream.map = *map;
+	iio->stream.word_is_scan = word_is_scan;
+	iio->stream.rate = rate;
+	xy3_buffer_init(iio);
+	iio->stream.writers = &iio->buffer.pollq;
+	xy3_make_channels(iio);
+
+	indio_dev->name = "xy3-100";
+	indio_dev->info = &xy3_iio_info;
+	indio_dev->setup_ops = &xy3_setup_ops;
+	indio_dev->modes = INDIO_DIRECT_MODE | INDIO_BUFFER_SOFTWARE;
+	indio_dev->channels = iio->channels;
+	indio_dev->num_channels = map->axes;
+
+	err = xy3_stream_init(&iio->stream);
+	if (err)
+		goto no_stream;
+	err = iio_device_attach_buffer(indio_dev, &iio->buffer);
+	if (!err)
+		err = iio_device_register(indio_dev);
+	if (err)
+		goto not_registered;
+	return indio_dev;
+
+not_registered:
+	xy3_stream_exit(&iio->stream);
+no_stream:
+	iio_device_free(indio_dev);
+	return ERR_PTR(err);
+}
+
+/**
+ * xy3_iio_unregister() - take the IIO device away; a stream that runs is stopped
+ * @indio_dev: the IIO device
+ */
+void xy3_iio_unregister(struct iio_dev *indio_dev)
+{
+	struct xy3_iio *iio = iio_priv(indio_dev);
+
+	iio_device_unregister(indio_dev);
+	scoped_guard(mutex, &iio->lock) {
+		xy3_stream_exit(&iio->stream);
+		xy3_buffer_orphan(iio);
+	}
+	iio_device_free(indio_dev);
+}

@@ -1,0 +1,343 @@
+// SPDX-License-Identifier: GPL-2.0-only
+/*
+ * XY3-100 scanhead: the SPI driver - the forward channel
+ *
+ * Data lines are the controller's: it must have as many as the device asks for, in SPI mode 1.
+ * The line map says what each carries; SYNC is the chip select, or one of the lines.
+ */
+
+#include <linux/err.h>
+#include <linux/mod_devicetable.h>
+#include <linux/module.h>
+#include <linux/pm.h>
+#include <linux/property.h>
+#include <linux/string.h>
+#include <spi-compat.h>
+
+#include "xy3-spi.h"
+
+#define XY3_FRAME_BITS_DEFAULT	24
+#define XY3_FRAME_RATE_DEFAULT	100000
+
+/* how the modes of a device say how many lines it has to itself */
+#define XY3_SPI_TX_LINES	(SPI_TX_DUAL | SPI_TX_QUAD | SPI_TX_OCTAL)
+
+/**
+ * struct xy3_spi - a forward channel
+ * @forward: what the head knows of it
+ * @spi: the SPI device
+ * @lines: data lines
+ * @lock: held while the line map is changed; protects @map
+ * @map: the line map; the IIO device may have changed the size of frames since it was made
+ * @iio_lock: protects @iio for commands, which come in any context
+ * @iio: the IIO device
+ */
+struct xy3_spi {
+	struct xy3_forward forward;
+	struct spi_device *spi;
+	unsigned int lines;
+	struct mutex lock;	/* see above */
+	struct xy3_line_map map;
+	spinlock_t iio_lock;	/* see above */
+	struct iio_dev *iio;
+};
+
+/* ---- for the head ---- */
+
+static int xy3_spi_command(struct xy3_forward *forward, const u8 *frames, size_t size)
+{
+	struct xy3_spi *x = container_of(forward, struct xy3_spi, forward);
+	u32 commands[XY3_COMMANDS_QUEUED];
+	unsigned int count = 0;
+
+	while (size) {
+		size_t part;
+
+		if (count == ARRAY_SIZE(commands))
+			return -EMSGSIZE;
+		part = xy3_forward_unpack(frames, size, &commands[count++]);
+		frames += part;
+		size -= part;
+	}
+	guard(spinlock_irqsave)(&x->iio_lock);
+	return x->iio ? xy3_stream_commands(xy3_iio_stream(x->iio), commands, count) : -EAGAIN;
+}
+
+static int xy3_spi_drain(struct xy3_forward *forward)
+{
+	struct xy3_spi *x = container_of(forward, struct xy3_spi, forward);
+
+	guard(mutex)(&x->lock);
+	return x->iio ? xy3_stream_drain(xy3_iio_stream(x->iio)) : -ENODEV;
+}
+
+static const struct xy3_forward_ops xy3_spi_ops = {
+	.command = xy3_spi_command,
+	.drain = xy3_spi_drain,
+};
+
+/* ---- the line map ---- */
+
+static int xy3_make_iio(struct xy3_spi *x, const struct xy3_line_map *map)
+{
+	bool word_is_scan = map->sync_line < 0 && x->lines == 1 &&
+			    (x->spi->mode & SPI_CS_WORD);
+	unsigned int clocks = map->frame_bits + (map->sync_line < 0 ? 0 : XY3_GAP_CLOCKS);
+	unsigned int rate = min(x->spi->max_speed_hz / clocks, XY3_FRAME_RATE_DEFAULT);
+	struct iio_dev *iio;
+
+	if (!rate)
+		return -EINVAL;
+	iio = xy3_iio_register(x->spi, map, word_is_scan, rate);
+	if (IS_ERR(iio))
+		return PTR_ERR(iio);
+	x->map = *map;
+	guard(spinlock_irqsave)(&x->iio_lock);
+	x->iio = iio;
+	return 0;
+}
+
+static void xy3_drop_iio(struct xy3_spi *x)
+{
+	struct iio_dev *iio = x->iio;
+
+	if (!iio)
+		return;
+	x->map = xy3_iio_stream(iio)->map;
+	scoped_guard(spinlock_irqsave, &x->iio_lock)
+		x->iio = NULL;
+	xy3_iio_unregister(iio);
+}
+
+static const char * const xy3_signal_names[] = {
+	[XY3_SIGNAL_X] = "x",
+	[XY3_SIGNAL_Y] = "y",
+	[XY3_SIGNAL_Z] = "z",
+	[XY3_SIGNAL_U] = "u",
+	[XY3_SIGNAL_W] = "w",
+	[XY3_SIGNAL_SYNC] = "sync",
+	[XY3_SIGNAL_NONE] = "-",
+};
+
+/* Words, one for each line from IO0 on, as a line map; lines that are not named carry nothing */
+static int xy3_parse_map(const struct xy3_spi *x, unsigned int frame_bits, const char *const *words,
+			 unsigned int count, struct xy3_line_map *map)
+{
+	u8 signal[XY3_LINES_MAX];
+	int found;
+
+	if (!count || count > x->lines)
+		return -EINVAL;
+	memset(signal, XY3_SIGNAL_NONE, sizeof(signal));
+	for (unsigned int i = 0; i < count; i++) {
+		found = match_string(xy3_signal_names, ARRAY_SIZE(xy3_signal_names), words[i]);
+		if (found < 0)
+			return -EINVAL;
+		signal[i] = found;
+	}
+	return xy3_line_map_init(map, x->lines, frame_bits, signal);
+}
+
+static int xy3_change_map(struct xy3_spi *x, const char *const *words, unsigned int count)
+{
+	struct xy3_line_map map, was;
+	int err;
+
+	guard(mutex)(&x->lock);
+	was = x->iio ? xy3_iio_stream(x->iio)->map : x->map;
+	err = xy3_parse_map(x, was.frame_bits, words, count, &map);
+	if (err)
+		return err;
+	if (x->iio && iio_buffer_enabled(x->iio))
+		return -EBUSY;
+	/* other axes are other channels: the IIO device is made anew, under its old number */
+	xy3_drop_iio(x);
+	err = xy3_make_iio(x, &map);
+	if (err)
+		xy3_make_iio(x, &was);
+	return err;
+}
+
+static ssize_t line_map_show(struct device *dev, struct device_attribute *attr, char *buf)
+{
+	struct xy3_spi *x = dev_get_drvdata(dev);
+	int at = 0;
+
+	guard(mutex)(&x->lock);
+	for (unsigned int i = 0; i < x->map.lines; i++)
+		at += sysfs_emit_at(buf, at, "%s%s", i ? " " : "",
+				    xy3_signal_names[x->map.signal[i]]);
+	return at + sysfs_emit_at(buf, at, "\n");
+}
+
+static ssize_t line_map_store(struct device *dev, struct device_attribute *attr, const char *buf,
+			      size_t count)
+{
+	struct xy3_spi *x = dev_get_drvdata(dev);
+	const char *words[XY3_LINES_MAX];
+	unsigned int n = 0;
+	char *text, *rest, *word;
+	int err = 0;
+
+	text = kstrndup(buf, count, GFP_KERNEL);
+	if (!text)
+		return -ENOMEM;
+	rest = text;
+	while (!err && (word = strsep(&rest, " \t\n"))) {
+		if (!*word)
+			continue;
+		if (n == ARRAY_SIZE(words))
+			err = -EINVAL;
+		else
+			words[n++] = word;
+	}
+	if (!err)
+		err = xy3_change_map(x, words, n);
+	kfree(text);
+	return err ?: count;
+}
+static DEVICE_ATTR_RW(line_map);
+
+static struct attribute *xy3_spi_attrs[] = {
+	&dev_attr_line_map.attr,
+	NULL
+};
+ATTRIBUTE_GROUPS(xy3_spi);
+
+/* ---- the device ---- */
+
+static unsigned int xy3_lines_of(u32 mode)
+{
+	if (mode & SPI_TX_OCTAL)
+		return 8;
+	if (mode & SPI_TX_QUAD)
+		return 4;
+	return mode & SPI_TX_DUAL ? 2 : 1;
+}
+
+/*
+ * The SPI core drops what the controller cannot do without a word, and has done so before this
+ * driver saw the device: how many lines were meant is known from the property alone.
+ */
+static int xy3_spi_setup(struct xy3_spi *x)
+{
+	struct spi_device *spi = x->spi;
+	u32 wanted = xy3_lines_of(spi->mode);
+	int err;
+
+	device_property_read_u32(&spi->dev, "spi-tx-bus-width", &wanted);
+	spi->mode &= ~SPI_MODE_X_MASK;
+	spi->mode |= SPI_MODE_1;
+	/* with a GPIO as chip select the SPI core would cut every message up, a transfer a word */
+	if (wanted == 1 && (spi->controller->mode_bits & SPI_CS_WORD) && !spi_get_csgpiod(spi, 0))
+		spi->mode |= SPI_CS_WORD;
+	spi->bits_per_word = 8;
+	err = spi_setup(spi);
+	if (err)
+		return dev_err_probe(&spi->dev, err, "the controller refuses SPI mode 1\n");
+
+	x->lines = xy3_lines_of(spi->mode);
+	if (x->lines != wanted || x->lines > SPI_LINES_MAX)
+		return dev_err_probe(&spi->dev, -EINVAL, "the controller has no %u data lines\n",
+				     wanted);
+	return 0;
+}
+
+/* What each line carries: as the device's property says, or as usual */
+static int xy3_first_map(struct xy3_spi *x, struct xy3_line_map *map)
+{
+	const char *words[XY3_LINES_MAX];
+	int count;
+
+	count = device_property_string_array_count(&x->spi->dev, "lasia,line-map");
+	if (count <= 0)
+		return xy3_line_map_init(map, x->lines, XY3_FRAME_BITS_DEFAULT,
+					 xy3_default_signals(x->lines, false));
+	if (count > ARRAY_SIZE(words))
+		return -EINVAL;
+	count = device_property_read_string_array(&x->spi->dev, "lasia,line-map", words, count);
+	if (count < 0)
+		return count;
+	return xy3_parse_map(x, XY3_FRAME_BITS_DEFAULT, words, count, map);
+}
+
+static int xy3_spi_probe(struct spi_device *spi)
+{
+	struct xy3_line_map map;
+	struct xy3_spi *x;
+	int err;
+
+	x = devm_kzalloc(&spi->dev, sizeof(*x), GFP_KERNEL);
+	if (!x)
+		return -ENOMEM;
+	x->spi = spi;
+	x->forward.ops = &xy3_spi_ops;
+	x->forward.dev = &spi->dev;
+	mutex_init(&x->lock);
+	spin_lock_init(&x->iio_lock);
+	spi_set_drvdata(spi, x);
+
+	err = xy3_spi_setup(x);
+	if (err)
+		return err;
+	err = xy3_first_map(x, &map);
+	if (err)
+		return dev_err_probe(&spi->dev, err, "no line map: lasia,line-map\n");
+	err = xy3_make_iio(x, &map);
+	if (err)
+		return dev_err_probe(&spi->dev, err, "no IIO device\n");
+	err = xy3_forward_attach(&x->forward);
+	if (err)
+		xy3_drop_iio(x);
+	return err;
+}
+
+static void xy3_spi_remove(struct spi_device *spi)
+{
+	struct xy3_spi *x = spi_get_drvdata(spi);
+
+	xy3_forward_detach(&x->forward);
+	guard(mutex)(&x->lock);
+	xy3_drop_iio(x);
+}
+
+/* A scan is going on: the mirrors would stand still in the middle of it, under the laser's beam */
+static int xy3_spi_suspend(struct device *dev)
+{
+	struct xy3_spi *x = dev_get_drvdata(dev);
+
+	guard(mutex)(&x->lock);
+	return x->iio && iio_buffer_enabled(x->iio) ? -EBUSY : 0;
+}
+
+static DEFINE_SIMPLE_DEV_PM_OPS(xy3_spi_pm, xy3_spi_suspend, NULL);
+
+static const struct spi_device_id xy3_spi_ids[] = {
+	{ .name = "xy3-100" },
+	{ }
+};
+MODULE_DEVICE_TABLE(spi, xy3_spi_ids);
+
+static const struct of_device_id xy3_spi_of_match[] = {
+	{ .compatible = "lasia,xy3-100" },
+	{ }
+};
+MODULE_DEVICE_TABLE(of, xy3_spi_of_match);
+
+static struct spi_driver xy3_spi_driver = {
+	.driver = {
+		.name = "xy3-spi",
+		.of_match_table = xy3_spi_of_match,
+		.dev_groups = xy3_spi_groups,
+		.pm = pm_sleep_ptr(&xy3_spi_pm),
+	},
+	.id_table = xy3_spi_ids,
+	.probe = xy3_spi_probe,
+	.remove = xy3_spi_remove,
+};
+module_spi_driver(xy3_spi_driver);
+
+MODULE_DESCRIPTION("XY3-100 compatible laser scanheads: forward channel by SPI");
+MODULE_AUTHOR("xhc-xy3 developers");
+MODULE_LICENSE("GPL");
+MODULE_VERSION("0.1.0");

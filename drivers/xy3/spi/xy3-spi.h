@@ -1,0 +1,250 @@
+/* SPDX-License-Identifier: GPL-2.0-only */
+/*
+ * XY3-100 forward channel: what the files of xy3-spi share
+ *
+ *   IIO buffer -> xy3-buffer -> xy3-lines -> blocks -> xy3-stream -> xy3-block -> SPI
+ *   xy3.ko (tty, sysfs) -> commands ------------------^
+ *   IIO channel -> xy3-iio -> one scan ---------------^
+ *
+ * Only xy3-spi-core and xy3-block know the bus.
+ */
+#ifndef XY3_SPI_H
+#define XY3_SPI_H
+
+#include <linux/iio/buffer_impl.h>
+#include <linux/iio/iio.h>
+#include <linux/kfifo.h>
+#include <linux/list.h>
+#include <linux/mutex.h>
+#include <linux/spi/spi.h>
+#include <linux/spinlock.h>
+#include <linux/wait.h>
+
+#include "xy3.h"
+#include "xy3-lines.h"
+
+/* Scans of a block: at 100 k frames/s a block takes 2.56 ms on the wire */
+#define XY3_BLOCK_SCANS		256
+/* Scans of a block that repeats the last position, so that new ones have not long to wait */
+#define XY3_REPEAT_SCANS	64
+/* Blocks that the controller has at any time while there is a stream */
+#define XY3_BLOCKS_QUEUED	3
+#define XY3_COMMANDS_QUEUED	64
+
+/* For what is written there are twice the blocks that a write of the buffer's length needs */
+#define XY3_BLOCKS_MIN		4
+#define XY3_BLOCKS_MAX		1024
+
+/**
+ * struct xy3_message - an SPI message
+ * @node: in the stream's list of those that are lent
+ * @spi: the message
+ * @transfers: one for all scans, or one for each where the chip select is SYNC
+ */
+struct xy3_message {
+	struct list_head node;
+	struct spi_message spi;
+	struct spi_transfer *transfers;
+};
+
+/**
+ * struct xy3_block - scans that are sent as one message
+ * @node: in one of the stream's lists
+ * @stream: whose it is
+ * @scans_max: how many scans it can hold
+ * @scans: how many it holds now
+ * @repeats: one of those that repeat the last position
+ * @data: their bytes
+ * @ready: the controller has been shown @whole, which does not change any more
+ * @whole: the message for @scans_max of them; for fewer it is used while not @ready only
+ * @sent: the message that is, or was last, on its way
+ */
+struct xy3_block {
+	struct list_head node;
+	struct xy3_stream *stream;
+	unsigned int scans_max;
+	unsigned int scans;
+	bool repeats;
+	u8 *data;
+	bool ready;
+	struct xy3_message whole;
+	struct xy3_message *sent;
+};
+
+/**
+ * enum xy3_stream_stat - what a stream counts
+ * @XY3_SCANS: scans that the controller has sent, repeated ones and commands among them
+ * @XY3_REPEATED: scans that repeated the last position
+ * @XY3_UNDERRUNS: how often there was nothing to send and repeating began
+ * @XY3_COMMANDS: commands sent
+ * @XY3_ERRORS: messages that the controller has not sent
+ * @XY3_MASKED: codes that were too high, and lost their high bits
+ * @XY3_STREAM_STATS: number of counters
+ */
+enum xy3_stream_stat {
+	XY3_SCANS,
+	XY3_REPEATED,
+	XY3_UNDERRUNS,
+	XY3_COMMANDS,
+	XY3_ERRORS,
+	XY3_MASKED,
+	XY3_STREAM_STATS
+};
+
+/**
+ * struct xy3_stream - the way of all frames to the head
+ * @spi: the SPI device
+ * @map: which line carries what
+ * @word_is_scan: the controller makes SYNC out of words: a scan is one word of 24 or 32 bits
+ * @rate: frames per second; changed while nothing is sent only
+ * @writers: where those wait who want an empty block
+ * @lock: protects all that follows up to @achieved; taken when a message is done, in any context
+ * @running: a stream: when nothing is there to send, the last position is repeated
+ * @primed: a scan has been sent since it runs
+ * @repeating: the block that was queued last repeats a position
+ * @error: what the controller has said; nothing more is sent until the stream is started anew
+ * @write_max: scans that are taken whole, or not at all; half of all blocks have room for them
+ * @wanted: scans of the write that has found no room
+ * @block_scans: scans that a block of the writer's can hold
+ * @empty: blocks for the writer
+ * @empties: how many
+ * @full: blocks to be sent, in this order
+ * @filling: the block that the writer has begun, while it is not at it
+ * @spare: blocks that repeat the last position
+ * @lent: messages for blocks that are ready and not full
+ * @command_block: carries one command; in no list
+ * @command_busy: it is on its way
+ * @queued: blocks that the controller has
+ * @last: the last scan that was given to the controller
+ * @command_number: of the command that it carries
+ * @commands: what @command_block is to carry next
+ * @commands_taken: number of the last command that was taken; they are numbered one by one
+ * @commands_done: number of the last one that was sent, or is not going to be
+ * @commands_failed: number of the last one that was not
+ * @commands_failed_from: and of the first one that failed with it
+ * @command_error: why
+ * @stat: counters, by enum xy3_stream_stat
+ * @measured_from: when the measuring of the rate began, in ns
+ * @measured_scans: scans sent since then
+ * @achieved: frames per second that were measured last
+ * @done: woken when a block is done
+ */
+struct xy3_stream {
+	struct spi_device *spi;
+	struct xy3_line_map map;
+	bool word_is_scan;
+	unsigned int rate;
+	wait_queue_head_t *writers;
+
+	spinlock_t lock;	/* see above */
+	bool running;
+	bool primed;
+	bool repeating;
+	int error;
+	size_t write_max;
+	size_t wanted;
+	size_t block_scans;
+	struct list_head empty;
+	unsigned int empties;
+	struct list_head full;
+	struct xy3_block *filling;
+	struct list_head spare;
+	struct list_head lent;
+	struct xy3_block *command_block;
+	bool command_busy;
+	unsigned int queued;
+	u8 last[XY3_SCAN_SIZE_MAX];
+	u32 command_number;
+	DECLARE_KFIFO(commands, u32, XY3_COMMANDS_QUEUED);
+	u32 commands_taken;
+	u32 commands_done;
+	u32 commands_failed;
+	u32 commands_failed_from;
+	int command_error;
+	u64 stat[XY3_STREAM_STATS];
+	u64 measured_from;
+	u64 measured_scans;
+	unsigned int achieved;
+
+	wait_queue_head_t done;
+};
+
+/* xy3-block.c */
+size_t xy3_stream_scan_size(const struct xy3_stream *stream);
+unsigned int xy3_scan_clocks(const struct xy3_stream *stream);
+unsigned int xy3_scans_max(const struct xy3_stream *stream, unsigned int wished);
+struct xy3_block *xy3_block_new(struct xy3_stream *stream, unsigned int scans);
+void xy3_block_free(struct xy3_block *block);
+int xy3_blocks_new(struct xy3_stream *stream, struct list_head *list, unsigned int count,
+		   unsigned int scans);
+void xy3_blocks_free(struct list_head *list);
+int xy3_blocks_ready(struct list_head *list);
+void xy3_blocks_unready(struct list_head *list);
+int xy3_lent_new(struct xy3_stream *stream, unsigned int scans);
+void xy3_lent_free(struct xy3_stream *stream);
+int xy3_block_send(struct xy3_block *block, void (*done)(void *context));
+int xy3_block_back(struct xy3_block *block);
+int xy3_block_send_now(struct xy3_block *block);
+
+/* xy3-stream.c */
+int xy3_stream_init(struct xy3_stream *stream);
+void xy3_stream_exit(struct xy3_stream *stream);
+unsigned int xy3_stream_rate_max(const struct xy3_stream *stream);
+int xy3_stream_commands(struct xy3_stream *stream, const u32 *commands, unsigned int count);
+int xy3_stream_position(struct xy3_stream *stream, const u32 *codes);
+void xy3_stream_encode(const struct xy3_stream *stream, const u32 *codes, size_t scans, u8 *out);
+int xy3_stream_blocks(struct xy3_stream *stream, unsigned int scans);
+int xy3_stream_drain(struct xy3_stream *stream);
+void xy3_stream_no_blocks(struct xy3_stream *stream);
+int xy3_stream_start(struct xy3_stream *stream);
+void xy3_stream_stop(struct xy3_stream *stream);
+size_t xy3_stream_write_max(const struct xy3_stream *stream);
+size_t xy3_stream_room(struct xy3_stream *stream);
+size_t xy3_stream_waiting(struct xy3_stream *stream);
+struct xy3_block *xy3_stream_take(struct xy3_stream *stream, size_t scans);
+void xy3_stream_give(struct xy3_stream *stream, struct xy3_block *block);
+int xy3_stream_resize(struct xy3_stream *stream, unsigned int frame_bits);
+void xy3_stream_count_masked(struct xy3_stream *stream, u64 count);
+unsigned int xy3_stream_achieved(struct xy3_stream *stream);
+u64 xy3_stream_stat(struct xy3_stream *stream, enum xy3_stream_stat stat);
+
+/**
+ * struct xy3_iio - the IIO device: what user space sees of a stream
+ * @buffer: what is written to it goes into blocks
+ * @access: what @buffer can do once the module may go
+ * @stream: the stream
+ * @lock: held while something is written to @buffer, and by who changes settings
+ * @channels: one for each axis of the line map
+ * @position: by channel, the code that was sent last, or is to be sent where a channel is not
+ *	      part of the buffer
+ * @input: what user space has written, before it is encoded
+ * @codes: the same with the channels that are no part of it
+ */
+struct xy3_iio {
+	struct iio_buffer buffer;
+	struct iio_buffer_access_funcs access;
+	struct xy3_stream stream;
+	struct mutex lock;	/* see above */
+	struct iio_chan_spec channels[XY3_AXES];
+	u32 position[XY3_AXES];
+	__le32 input[XY3_BLOCK_SCANS * XY3_AXES];
+	u32 codes[XY3_BLOCK_SCANS * XY3_AXES];
+};
+
+/* xy3-buffer.c */
+void xy3_buffer_init(struct xy3_iio *iio);
+void xy3_buffer_orphan(struct xy3_iio *iio);
+
+/* xy3-iio.c */
+struct iio_dev *xy3_iio_register(struct spi_device *spi, const struct xy3_line_map *map,
+				 bool word_is_scan, unsigned int rate);
+void xy3_iio_unregister(struct iio_dev *indio_dev);
+
+static inline struct xy3_stream *xy3_iio_stream(struct iio_dev *indio_dev)
+{
+	struct xy3_iio *iio = iio_priv(indio_dev);
+
+	return &iio->stream;
+}
+
+#endif /* XY3_SPI_H */

@@ -1,0 +1,631 @@
+// SPDX-License-Identifier: GPL-2.0-only
+/*
+ * XY3-100 forward channel: blocks of frames on their way to the controller
+ *
+ * A writer fills blocks, the controller is given up to XY3_BLOCKS_QUEUED of them at a time, so that
+ * it has the next one when one is done. Commands go between two blocks. While a stream runs and
+ * its writer is late, blocks that repeat the last position keep the bus busy.
+ *
+ * All is set in motion when something is written and when a message is done.
+ */
+
+#include <linux/errno.h>
+#include <linux/ktime.h>
+#include <linux/math64.h>
+#include <linux/minmax.h>
+#include <linux/poll.h>
+#include <linux/slab.h>
+
+#include "xy3-spi.h"
+
+/* the achieved rate is a mean over this time */
+#define XY3_MEASURE_NS		(NSEC_PER_SEC / 2)
+
+/* Repeating begins while the controller still has a block: with the next one it has so many */
+#define XY3_BLOCKS_LOW		2
+
+/* ---- what the controller is given ---- */
+
+static struct xy3_block *xy3_next_command(struct xy3_stream *stream)
+{
+	struct xy3_block *block = stream->command_block;
+	u32 command;
+
+	if (stream->command_busy || !kfifo_get(&stream->commands, &command))
+		return NULL;
+	stream->command_busy = true;
+	stream->command_number = stream->commands_taken - kfifo_len(&stream->commands);
+	block->scans = 1;
+	if (stream->word_is_scan)
+		*(u32 *)block->data = xy3_command_word(&stream->map, command);
+	else
+		xy3_encode_command_scan(&stream->map, command, block->data);
+	return block;
+}
+
+/* What was written: whole blocks first, then one that the writer has only begun */
+static struct xy3_block *xy3_next_written(struct xy3_stream *stream)
+{
+	struct xy3_block *block = list_first_entry_or_null(&stream->full, struct xy3_block, node);
+	size_t size = xy3_stream_scan_size(stream);
+
+	if (block) {
+		list_del(&block->node);
+	} else {
+		block = stream->filling;
+		stream->filling = NULL;
+	}
+	if (block) {
+		memcpy(stream->last, block->data + (block->scans - 1) * size, size);
+		stream->primed = true;
+		stream->repeating = false;
+	}
+	return block;
+}
+
+static struct xy3_block *xy3_next_repeated(struct xy3_stream *stream)
+{
+	struct xy3_block *block = list_first_entry_or_null(&stream->spare, struct xy3_block, node);
+	size_t size = xy3_stream_scan_size(stream);
+
+	if (!block || !stream->running || !stream->primed || stream->queued >= XY3_BLOCKS_LOW)
+		return NULL;
+	list_del(&block->node);
+	block->scans = block->scans_max;
+	for (unsigned int i = 0; i < block->scans; i++)
+		memcpy(block->data + i * size, stream->last, size);
+	if (!stream->repeating)
+		stream->stat[XY3_UNDERRUNS]++;
+	stream->repeating = true;
+	return block;
+}
+
+static void xy3_put_empty(struct xy3_block *block)
+{
+	list_add_tail(&block->node, &block->stream->empty);
+	block->stream->empties++;
+}
+
+static void xy3_block_recycle(struct xy3_block *block)
+{
+	struct xy3_stream *stream = block->stream;
+
+	if (block == stream->command_block)
+		stream->command_busy = false;
+	else if (block->repeats)
+		list_add_tail(&block->node, &stream->spare);
+	else
+		xy3_put_empty(block);
+}
+
+/* The controller has not sent something: nothing that waits is to go out at some later time */
+static void xy3_stream_fail(struct xy3_stream *stream, int err)
+{
+	struct xy3_block *block, *next;
+
+	stream->error = err;
+	stream->stat[XY3_ERRORS]++;
+	kfifo_reset(&stream->commands);
+	if (stream->commands_done != stream->commands_taken) {
+		stream->command_error = err;
+		stream->commands_failed_from = stream->commands_done + 1;
+		stream->commands_failed = stream->commands_taken;
+		stream->commands_done = stream->commands_taken;
+	}
+	list_for_each_entry_safe(block, next, &stream->full, node) {
+		list_del(&block->node);
+		xy3_put_empty(block);
+	}
+	if (stream->filling)
+		xy3_put_empty(stream->filling);
+	stream->filling = NULL;
+}
+
+static void xy3_block_done(void *context);
+
+/* Give the controller what there is. @late: only what has just been sent is to be followed. */
+static void xy3_pump(struct xy3_stream *stream, bool late)
+{
+	struct xy3_block *block;
+	int err;
+
+	lockdep_assert_held(&stream->lock);
+	while (!stream->error && stream->queued < XY3_BLOCKS_QUEUED) {
+		block = xy3_next_command(stream);
+		if (!block)
+			block = xy3_next_written(stream);
+		if (!block && late)
+			block = xy3_next_repeated(stream);
+		if (!block)
+			return;
+		err = xy3_block_send(block, xy3_block_done);
+		if (err) {
+			xy3_stream_fail(stream, err);
+			xy3_block_recycle(block);
+			return;
+		}
+		stream->queued++;
+	}
+}
+
+/* Numbers of commands go round */
+static bool xy3_number_reached(u32 number, u32 reached)
+{
+	return (s32)(reached - number) >= 0;
+}
+
+static void xy3_command_sent(struct xy3_stream *stream)
+{
+	stream->stat[XY3_COMMANDS]++;
+	if (xy3_number_reached(stream->commands_done, stream->command_number))
+		stream->commands_done = stream->command_number;
+}
+
+static void xy3_measure(struct xy3_stream *stream, unsigned int scans)
+{
+	u64 now = ktime_get_ns();
+	u64 passed = now - stream->measured_from;
+
+	stream->measured_scans += scans;
+	if (passed < XY3_MEASURE_NS)
+		return;
+	stream->achieved = div64_u64(stream->measured_scans * NSEC_PER_SEC, passed);
+	stream->measured_from = now;
+	stream->measured_scans = 0;
+}
+
+/* A message is done, whatever became of it. In any context. */
+static void xy3_block_done(void *context)
+{
+	struct xy3_block *block = context;
+	struct xy3_stream *stream = block->stream;
+	int err;
+
+	scoped_guard(spinlock_irqsave, &stream->lock) {
+		stream->queued--;
+		err = xy3_block_back(block);
+		if (err) {
+			xy3_stream_fail(stream, err);
+		} else {
+			stream->stat[XY3_SCANS] += block->scans;
+			stream->stat[XY3_REPEATED] += block->repeats ? block->scans : 0;
+			if (block == stream->command_block)
+				xy3_command_sent(stream);
+			xy3_measure(stream, block->scans);
+		}
+		xy3_block_recycle(block);
+		xy3_pump(stream, true);
+		/* under the lock, as the stream may be gone behind it */
+		wake_up_all(&stream->done);
+		if (stream->writers)
+			wake_up_interruptible_poll(stream->writers, EPOLLOUT | EPOLLWRNORM);
+	}
+}
+
+/* ---- for the others ---- */
+
+/**
+ * xy3_stream_encode() - make the bytes of scans
+ * @stream: the stream
+ * @codes: positions, one for each axis of the line map and scan
+ * @scans: how many scans
+ * @out: room for so many
+ */
+void xy3_stream_encode(const struct xy3_stream *stream, const u32 *codes, size_t scans, u8 *out)
+{
+	if (!stream->word_is_scan) {
+		xy3_encode_scans(&stream->map, codes, scans, out);
+		return;
+	}
+	/* one axis; words as the controller wants them, in the byte order of the processor */
+	for (size_t i = 0; i < scans; i++)
+		((u32 *)out)[i] = xy3_position_word(&stream->map, codes[i]);
+}
+
+/**
+ * xy3_stream_rate_max() - the highest rate that the bus can do
+ * @stream: the stream
+ *
+ * Return: in frames per second.
+ */
+unsigned int xy3_stream_rate_max(const struct xy3_stream *stream)
+{
+	return stream->spi->max_speed_hz / xy3_scan_clocks(stream);
+}
+
+/**
+ * xy3_stream_commands() - send commands as soon as possible, between two blocks
+ * @stream: the stream
+ * @commands: 20 bits each
+ * @count: how many
+ *
+ * In any context.
+ *
+ * Return: 0; -EAGAIN when there is no room for all of them, and then none is sent; or the
+ * controller's error, and then those that were not sent yet never are.
+ */
+int xy3_stream_commands(struct xy3_stream *stream, const u32 *commands, unsigned int count)
+{
+	guard(spinlock_irqsave)(&stream->lock);
+	if (!stream->running)
+		stream->error = 0;
+	if (stream->error)
+		return stream->error;
+	if (kfifo_avail(&stream->commands) < count)
+		return -EAGAIN;
+	kfifo_in(&stream->commands, commands, count);
+	stream->commands_taken += count;
+	xy3_pump(stream, false);
+	return stream->error;
+}
+
+/* The controller has no block of what was written, and will be given none: all are empty */
+static bool xy3_stream_silent(struct xy3_stream *stream)
+{
+	guard(spinlock_irqsave)(&stream->lock);
+	return stream->queued == stream->command_busy && list_empty(&stream->full) &&
+	       !stream->filling;
+}
+
+/* Nor a command */
+static bool xy3_stream_idle(struct xy3_stream *stream)
+{
+	guard(spinlock_irqsave)(&stream->lock);
+	return !stream->queued && kfifo_is_empty(&stream->commands);
+}
+
+static bool xy3_command_done(struct xy3_stream *stream, u32 number)
+{
+	guard(spinlock_irqsave)(&stream->lock);
+	return xy3_number_reached(number, stream->commands_done);
+}
+
+/**
+ * xy3_stream_drain() - wait until all commands that were taken so far have been sent
+ * @stream: the stream
+ *
+ * Return: 0, or the controller's error when the last of them was not.
+ */
+int xy3_stream_drain(struct xy3_stream *stream)
+{
+	u32 number;
+
+	scoped_guard(spinlock_irqsave, &stream->lock)
+		number = stream->commands_taken;
+	wait_event(stream->done, xy3_command_done(stream, number));
+
+	guard(spinlock_irqsave)(&stream->lock);
+	if (stream->command_error &&
+	    xy3_number_reached(stream->commands_failed_from, number) &&
+	    xy3_number_reached(number, stream->commands_failed))
+		return stream->command_error;
+	return 0;
+}
+
+/**
+ * xy3_stream_position() - send one scan and wait until it has been sent
+ * @stream: the stream, which does not run
+ * @codes: a position for each axis of the line map
+ *
+ * Return: 0 or the controller's error.
+ */
+int xy3_stream_position(struct xy3_stream *stream, const u32 *codes)
+{
+	struct xy3_block *block = xy3_block_new(stream, 1);
+	int err;
+
+	if (!block)
+		return -ENOMEM;
+	block->scans = 1;
+	xy3_stream_encode(stream, codes, 1, block->data);
+	err = xy3_block_send_now(block);
+	if (!err) {
+		guard(spinlock_irqsave)(&stream->lock);
+		stream->stat[XY3_SCANS]++;
+	}
+	xy3_block_free(block);
+	return err;
+}
+
+/**
+ * xy3_stream_blocks() - make the writer's blocks
+ * @stream: the stream, which does not run
+ * @scans: how many scans a write may have and still be taken whole
+ *
+ * Return: 0 or -ENOMEM.
+ */
+int xy3_stream_blocks(struct xy3_stream *stream, unsigned int scans)
+{
+	unsigned int each = xy3_scans_max(stream, XY3_BLOCK_SCANS);
+	unsigned int half = clamp(scans / each + !!(scans % each), XY3_BLOCKS_MIN / 2,
+				  XY3_BLOCKS_MAX / 2);
+	int err;
+
+	xy3_stream_no_blocks(stream);
+	err = xy3_blocks_new(stream, &stream->empty, 2 * half, each);
+	if (!err)
+		err = xy3_lent_new(stream, each);
+	if (err) {
+		xy3_stream_no_blocks(stream);
+		return err;
+	}
+	stream->empties = 2 * half;
+	stream->block_scans = each;
+	stream->write_max = half * each;
+	return 0;
+}
+
+/**
+ * xy3_stream_no_blocks() - the writer has no blocks any more
+ * @stream: the stream, which does not run
+ *
+ * Commands may be on their way; they leave the writer's blocks alone, all of which are empty.
+ */
+void xy3_stream_no_blocks(struct xy3_stream *stream)
+{
+	xy3_blocks_free(&stream->empty);
+	stream->empties = 0;
+	xy3_lent_free(stream);
+}
+
+static void xy3_stream_unready(struct xy3_stream *stream)
+{
+	xy3_blocks_unready(&stream->empty);
+	xy3_blocks_unready(&stream->spare);
+}
+
+/**
+ * xy3_stream_start() - start a stream; it begins with the first scan that is written
+ * @stream: the stream
+ *
+ * Return: 0, or the controller's error when it does not take blocks like these.
+ */
+int xy3_stream_start(struct xy3_stream *stream)
+{
+	int err;
+
+	err = xy3_blocks_ready(&stream->empty);
+	if (!err)
+		err = xy3_blocks_ready(&stream->spare);
+	if (err) {
+		xy3_stream_unready(stream);
+		return err;
+	}
+	guard(spinlock_irqsave)(&stream->lock);
+	stream->running = true;
+	stream->primed = false;
+	stream->wanted = 0;
+	stream->error = 0;
+	stream->achieved = 0;
+	stream->measured_scans = 0;
+	stream->measured_from = ktime_get_ns();
+	return 0;
+}
+
+/**
+ * xy3_stream_stop() - send what was written, then stop: the last scan written is the last one sent
+ * @stream: the stream
+ */
+void xy3_stream_stop(struct xy3_stream *stream)
+{
+	scoped_guard(spinlock_irqsave, &stream->lock) {
+		stream->running = false;
+		xy3_pump(stream, false);
+	}
+	wait_event(stream->done, xy3_stream_silent(stream));
+	xy3_stream_unready(stream);
+}
+
+/* Scans that there is room for */
+static size_t xy3_stream_free(const struct xy3_stream *stream)
+{
+	const struct xy3_block *block = stream->filling;
+
+	return stream->empties * stream->block_scans +
+	       (block ? block->scans_max - block->scans : 0);
+}
+
+/**
+ * xy3_stream_write_max() - how much is taken whole, or not at all
+ * @stream: the stream
+ *
+ * Return: scans, at least 1.
+ */
+size_t xy3_stream_write_max(const struct xy3_stream *stream)
+{
+	return stream->write_max;
+}
+
+/**
+ * xy3_stream_room() - how much can be written now
+ * @stream: the stream
+ *
+ * Return: scans; 0 as long as there is no room for the write that has found none; at least 1 when
+ * the stream does not run or has an error to tell of, as who waits for room would wait for ever.
+ */
+size_t xy3_stream_room(struct xy3_stream *stream)
+{
+	size_t scans;
+
+	guard(spinlock_irqsave)(&stream->lock);
+	if (!stream->running || stream->error)
+		return 1;
+	scans = xy3_stream_free(stream);
+	return scans < stream->wanted ? 0 : scans;
+}
+
+/**
+ * xy3_stream_waiting() - how much was written that the controller does not have yet
+ * @stream: the stream
+ *
+ * Return: scans.
+ */
+size_t xy3_stream_waiting(struct xy3_stream *stream)
+{
+	const struct xy3_block *block;
+	size_t scans;
+
+	guard(spinlock_irqsave)(&stream->lock);
+	scans = stream->filling ? stream->filling->scans : 0;
+	list_for_each_entry(block, &stream->full, node)
+		scans += block->scans;
+	return scans;
+}
+
+/**
+ * xy3_stream_take() - take the block that is to be filled
+ * @stream: the stream
+ * @scans: what is to be written, to this block and the next ones
+ *
+ * There is one writer at a time: once it has found room for all, nobody takes that away.
+ *
+ * Return: the block, with room for one scan at least; NULL when there is no room for @scans;
+ * -EINVAL when the stream does not run, or the controller's error.
+ */
+struct xy3_block *xy3_stream_take(struct xy3_stream *stream, size_t scans)
+{
+	struct xy3_block *block;
+
+	guard(spinlock_irqsave)(&stream->lock);
+	if (!stream->running)
+		return ERR_PTR(-EINVAL);
+	if (stream->error)
+		return ERR_PTR(stream->error);
+	if (xy3_stream_free(stream) < scans) {
+		stream->wanted = scans;
+		return NULL;
+	}
+	stream->wanted = 0;
+	block = stream->filling;
+	stream->filling = NULL;
+	if (!block) {
+		block = list_first_entry(&stream->empty, struct xy3_block, node);
+		list_del(&block->node);
+		stream->empties--;
+		block->scans = 0;
+	}
+	return block;
+}
+
+/**
+ * xy3_stream_give() - give a block back, with more in it or not
+ * @stream: the stream
+ * @block: the block that xy3_stream_take() gave
+ */
+void xy3_stream_give(struct xy3_stream *stream, struct xy3_block *block)
+{
+	guard(spinlock_irqsave)(&stream->lock);
+	if (!block->scans || stream->error)
+		xy3_put_empty(block);
+	else if (block->scans == block->scans_max)
+		list_add_tail(&block->node, &stream->full);
+	else
+		stream->filling = block;
+	xy3_pump(stream, false);
+}
+
+/**
+ * xy3_stream_stat() - read a counter
+ * @stream: the stream
+ * @stat: which one
+ *
+ * Return: its value.
+ */
+u64 xy3_stream_stat(struct xy3_stream *stream, enum xy3_stream_stat stat)
+{
+	guard(spinlock_irqsave)(&stream->lock);
+	return stream->stat[stat];
+}
+
+/**
+ * xy3_stream_resize() - change the size of the frames
+ * @stream: the stream, which does not run
+ * @frame_bits: 24 or 32
+ *
+ * The rate becomes lower if the bus cannot do it with frames of that size.
+ *
+ * Return: 0 or -EINVAL.
+ */
+int xy3_stream_resize(struct xy3_stream *stream, unsigned int frame_bits)
+{
+	struct xy3_line_map map;
+	int err;
+
+	err = xy3_line_map_init(&map, stream->map.lines, frame_bits, stream->map.signal);
+	if (err)
+		return err;
+	guard(spinlock_irqsave)(&stream->lock);
+	stream->map = map;
+	stream->rate = min(stream->rate, xy3_stream_rate_max(stream));
+	return 0;
+}
+
+/**
+ * xy3_stream_count_masked() - codes were too high
+ * @stream: the stream
+ * @count: how many
+ */
+void xy3_stream_count_masked(struct xy3_stream *stream, u64 count)
+{
+	guard(spinlock_irqsave)(&stream->lock);
+	stream->stat[XY3_MASKED] += count;
+}
+
+/**
+ * xy3_stream_achieved() - the rate as it was measured
+ * @stream: the stream
+ *
+ * Return: frames per second in the last half second; 0 when no stream runs, or it stands still.
+ */
+unsigned int xy3_stream_achieved(struct xy3_stream *stream)
+{
+	guard(spinlock_irqsave)(&stream->lock);
+	return stream->running && !stream->error ? stream->achieved : 0;
+}
+
+/**
+ * xy3_stream_init() - prepare a stream
+ * @stream: the stream; spi, map, word_is_scan and rate are filled in
+ *
+ * Return: 0 or -ENOMEM.
+ */
+int xy3_stream_init(struct xy3_stream *stream)
+{
+	unsigned int repeats = xy3_scans_max(stream, XY3_REPEAT_SCANS);
+	struct xy3_block *block;
+	int err;
+
+	spin_lock_init(&stream->lock);
+	init_waitqueue_head(&stream->done);
+	INIT_LIST_HEAD(&stream->empty);
+	INIT_LIST_HEAD(&stream->full);
+	INIT_LIST_HEAD(&stream->spare);
+	INIT_LIST_HEAD(&stream->lent);
+	INIT_KFIFO(stream->commands);
+	stream->write_max = 1;
+
+	stream->command_block = xy3_block_new(stream, 1);
+	if (!stream->command_block)
+		return -ENOMEM;
+	err = xy3_blocks_new(stream, &stream->spare, XY3_BLOCKS_QUEUED, repeats);
+	if (err) {
+		xy3_block_free(stream->command_block);
+		return err;
+	}
+	list_for_each_entry(block, &stream->spare, node)
+		block->repeats = true;
+	return 0;
+}
+
+/**
+ * xy3_stream_exit() - let a stream go, when the controller has sent all
+ * @stream: the stream
+ */
+void xy3_stream_exit(struct xy3_stream *stream)
+{
+	xy3_stream_stop(stream);
+	wait_event(stream->done, xy3_stream_idle(stream));
+	xy3_stream_no_blocks(stream);
+	xy3_blocks_free(&stream->spare);
+	xy3_block_free(stream->command_block);
+}
