@@ -1,0 +1,368 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""The forward channel in a closed loop: what is written to the IIO device is what the virtual head
+has received, in order, whatever the lines; and commands, rates, errors of the controller.
+"""
+
+import errno
+import fcntl
+import glob
+import os
+import random
+import struct
+import sys
+import termios
+import time
+import tty
+import unittest
+
+import head_rig
+import kernel
+import runner
+from kernel import read_file, wait, write_file
+
+FOLDER = os.path.dirname(os.environ.get('XY3_MODULE', ''))
+DEBUGFS = '/sys/kernel/debug/xy3-sim/0/'
+# lines, framing, the controller has SPI_CS_WORD
+ARRANGEMENTS = ((1, 'cs', 0), (1, 'cs', 1), (2, 'cs', 0), (4, 'cs', 0), (8, 'cs', 0),
+                (4, 'line', 0), (8, 'line', 0))
+
+
+class Forward:
+    """A virtual head, and the IIO device of its forward channel."""
+
+    def __init__(self, lines=4, framing='line', cs_word=0, more=''):
+        kernel.load_module(FOLDER + '/sim/xy3-sim.ko', 'lines=%d framing=%s cs_word=%d %s'
+                           % (lines, framing, cs_word, more))
+        self.iio = wait(lambda: (glob.glob('/sys/bus/iio/devices/iio:device*') or [''])[0], 5) + '/'
+        self.spi = os.path.realpath(self.iio + '..') + '/'
+        self.head = '/sys/class/xy3/xy3-0/'
+        self.axes = len(glob.glob(self.iio + 'out_angl*_raw'))
+        self.uart = None
+
+    def close(self):
+        if self.uart is not None:
+            os.close(self.uart)
+        if not wait(lambda: head_rig.error_name(kernel.unload_module, 'xy3_sim') is None, 5):
+            raise AssertionError('xy3-sim stays')
+
+    def get(self, name):
+        return read_file(self.iio + name).strip()
+
+    def number(self, name):
+        return int(self.get(name))
+
+    def set(self, name, value):
+        return head_rig.error_name(write_file, self.iio + name, str(value))
+
+    def sim(self, name):
+        return read_file(DEBUGFS + name).strip()
+
+    def x_of(self, name):
+        return self.sim(name).split()[1]
+
+    def start(self, axes=None, length=4096):
+        for axis in range(self.axes):
+            self.set('scan_elements/out_angl%d_en' % axis, int(axes is None or axis in axes))
+        self.set('buffer/length', length)
+        return self.set('buffer/enable', 1)
+
+    def stop(self):
+        return self.set('buffer/enable', 0)
+
+    def open(self, flags=0):
+        return os.open('/dev/' + os.path.basename(self.iio.rstrip('/')), os.O_WRONLY | flags)
+
+    def commands(self):
+        """-> [(code, name and axes), ...]"""
+        return [tuple(line.split(' ', 2)[1:]) for line in self.sim('commands').splitlines()]
+
+    def attach(self):
+        self.uart = os.open('/dev/ttyXY3SIM0', os.O_RDWR | os.O_NOCTTY)
+        tty.setraw(self.uart)
+        head_rig.set_speed(self.uart, 115200)
+        fcntl.ioctl(self.uart, termios.TIOCSETD, struct.pack('i', head_rig.LDISC))
+        return wait(lambda: read_file(self.head + 'in_sync') == '1\n', 10)
+
+
+def write_all(fd, data, piece):
+    """In pieces whose size piece() gives."""
+    done = 0
+    while done < len(data):
+        done += os.write(fd, data[done:done + piece()])
+
+
+class Case(unittest.TestCase):
+    def forward(self, *arguments, **keywords):
+        forward = Forward(*arguments, **keywords)
+        self.addCleanup(forward.close)
+        return forward
+
+
+class ClosedLoop(Case):
+    def check(self, lines, framing, cs_word, bits, scans):
+        forward = self.forward(lines, framing, cs_word)
+        self.assertIsNone(forward.set('frame_bits', bits))
+        chance = random.Random(lines * 100 + bits)
+        top = (1 << (26 if bits == 32 else 20)) - 1
+        codes = [chance.randint(0, top) for _ in range(scans * forward.axes)]
+        write_file(DEBUGFS + 'record', '%d changes' % (scans + 2))
+        self.assertIsNone(forward.start())
+        fd = forward.open()
+        one = 4 * forward.axes
+        write_all(fd, struct.pack('<%dI' % len(codes), *codes),
+                  lambda: one * chance.choice((1, 10, 255, 256, 257, 4000)))
+        self.assertIsNone(forward.stop())
+        os.close(fd)
+        want = [' '.join(map(str, codes[i:i + forward.axes]))
+                for i in range(0, len(codes), forward.axes)]
+        self.assertEqual(len(forward.sim('record').splitlines()), scans)
+        self.assertEqual(forward.sim('record').splitlines(), want)
+        for name in ('parity_errors', 'length_errors', 'mode_errors'):
+            self.assertEqual({line.split()[1] for line in forward.sim(name).splitlines()}, {'0'})
+        last = [int(line.split()[1]) for line in forward.sim('positions').splitlines()]
+        self.assertEqual(last, codes[-forward.axes:])
+        self.assertEqual(forward.number('scans') - forward.number('repeated'), scans)
+        self.assertEqual(forward.number('bus_errors'), 0)
+
+    def test_one_axis_left_out(self):
+        forward = self.forward(4, 'line')
+        self.assertIsNone(forward.set('out_angl1_raw', 777))
+        write_file(DEBUGFS + 'record', '100 changes')
+        self.assertIsNone(forward.start(axes=(0, 2)))
+        fd = forward.open()
+        os.write(fd, struct.pack('<6I', 1, 2, 3, 4, 5, 6))
+        self.assertIsNone(forward.stop())
+        os.close(fd)
+        self.assertEqual(forward.sim('record').splitlines(), ['1 777 2', '3 777 4', '5 777 6'])
+
+    def test_high_bits_are_masked_and_counted(self):
+        forward = self.forward(1, 'cs')
+        self.assertIsNone(forward.start())
+        fd = forward.open()
+        os.write(fd, struct.pack('<3I', 0xfffff, 0x100005, 0xffffffff))
+        self.assertIsNone(forward.stop())
+        os.close(fd)
+        self.assertEqual(forward.number('masked_codes'), 2)
+        self.assertEqual(forward.sim('positions'), 'x %d 20' % 0xfffff)
+
+    def test_late_writer(self):
+        forward = self.forward(4, 'line', more='realtime=1')
+        self.assertIsNone(forward.start())
+        fd = forward.open()
+        for round_ in range(1, 4):
+            os.write(fd, struct.pack('<3I', round_, 0, 0) * 300)
+            time.sleep(0.2)
+            self.assertEqual(forward.number('underruns'), round_)
+            self.assertEqual(forward.x_of('positions'), str(round_))
+        self.assertIsNone(forward.stop())
+        os.close(fd)
+        self.assertGreater(forward.number('repeated'), 1000)
+
+    def test_writes_that_are_no_scans(self):
+        forward = self.forward(4, 'line')
+        fd = forward.open(os.O_NONBLOCK)
+        self.assertEqual(head_rig.error_name(os.write, fd, b'\0' * 12), 'EINVAL')   # no stream
+        self.assertIsNone(forward.start())
+        self.assertEqual(head_rig.error_name(os.write, fd, b'\0' * 11), 'EINVAL')
+        self.assertEqual(os.write(fd, b'\0' * 12), 12)
+        self.assertIsNone(forward.stop())
+        os.close(fd)
+
+
+def closed_loop_case(lines, framing, cs_word, bits):
+    def test(self):
+        self.check(lines, framing, cs_word, bits, 20000 if framing == 'line' else 3000)
+    return test
+
+
+for _lines, _framing, _cs_word in ARRANGEMENTS:
+    for _bits in (24, 32):
+        _name = 'test_%d_lines_%s%s_%d_bits' % (_lines, _framing, '_words' * _cs_word, _bits)
+        setattr(ClosedLoop, _name, closed_loop_case(_lines, _framing, _cs_word, _bits))
+
+
+class Settings(Case):
+    def test_one_position(self):
+        forward = self.forward(4, 'cs')
+        self.assertEqual([forward.get('out_angl%d_label' % i) for i in range(4)], list('xyzu'))
+        for axis, code in enumerate((0, 1, 0xfffff, 0x12345)):
+            self.assertIsNone(forward.set('out_angl%d_raw' % axis, code))
+            self.assertEqual(forward.number('out_angl%d_raw' % axis), code)
+        self.assertEqual(forward.sim('positions').splitlines(),
+                         ['x 0 20', 'y 1 20', 'z %d 20' % 0xfffff, 'u %d 20' % 0x12345])
+        self.assertEqual(forward.set('out_angl0_raw', 1 << 20), 'ERANGE')
+        self.assertEqual(forward.set('out_angl0_raw', -1), 'ERANGE')
+        self.assertEqual(forward.set('out_angl0_raw', 'left'), 'EINVAL')
+        self.assertIsNone(forward.set('frame_bits', 32))
+        self.assertEqual(forward.number('out_angl3_raw'), 0x12345 << 6)
+        self.assertIsNone(forward.set('out_angl0_raw', (1 << 26) - 1))
+        self.assertEqual(forward.x_of('positions'), str((1 << 26) - 1))
+        self.assertEqual(forward.set('frame_bits', 28), 'EINVAL')
+
+    def test_not_while_a_stream_runs(self):
+        forward = self.forward(4, 'line')
+        self.assertIsNone(forward.start())
+        for name, value in (('out_angl0_raw', 1), ('frame_bits', 32),
+                            ('sampling_frequency', 1000)):
+            self.assertEqual(forward.set(name, value), 'EBUSY', name)
+        self.assertEqual(head_rig.error_name(write_file, forward.spi + 'line_map', 'x'), 'EBUSY')
+        self.assertIsNone(forward.stop())
+
+    def test_rate(self):
+        forward = self.forward(4, 'line', more='max_speed_hz=5200000 realtime=1')
+        self.assertEqual(forward.number('sampling_frequency'), 100000)
+        for rate in (1, 199999, 200000):
+            self.assertIsNone(forward.set('sampling_frequency', rate))
+        for rate in (0, -5, 200001):
+            self.assertEqual(forward.set('sampling_frequency', rate), 'ERANGE', rate)
+        self.assertIsNone(forward.set('frame_bits', 32))      # 34 clocks: slower
+        self.assertEqual(forward.number('sampling_frequency'), 5200000 // 34)
+
+    def test_line_map(self):
+        forward = self.forward(4, 'cs')
+        path = forward.spi + 'line_map'
+        self.assertEqual(read_file(path), 'x y z u\n')
+        for text in ('', 'y z', 'x x', 'x q', 'x y z u w', 'sync', 'x y z u -'):
+            self.assertEqual(head_rig.error_name(write_file, path, text + '\n'), 'EINVAL', text)
+            self.assertEqual(read_file(path), 'x y z u\n')
+        write_file(path, 'sync w - x\n')
+        self.assertEqual(read_file(path), 'sync w - x\n')
+        write_file(DEBUGFS + 'signals', 'sync w - x')
+        forward.iio = glob.glob('/sys/bus/iio/devices/iio:device*')[0] + '/'
+        self.assertEqual([forward.get('out_angl%d_label' % i) for i in range(2)], ['x', 'w'])
+        self.assertIsNone(forward.set('out_angl0_raw', 5))
+        self.assertIsNone(forward.set('out_angl1_raw', 6))
+        self.assertEqual(forward.sim('positions').splitlines(), ['x 5 20', 'w 6 20'])
+
+    def test_controller_with_fewer_lines(self):
+        kernel.load_module(FOLDER + '/sim/xy3-sim.ko', 'lines=1 device_lines=4')
+        try:
+            time.sleep(0.2)
+            self.assertEqual(glob.glob('/sys/bus/iio/devices/iio:device*'), [])
+            self.assertEqual(head_rig.heads(), [])
+        finally:
+            kernel.unload_module('xy3_sim')
+
+
+class Commands(Case):
+    def test_attributes(self):
+        forward = self.forward(2, 'cs')
+        for name, text, want in (('autocalib', 'on xy', ('80003', 'autocalib on xy')),
+                                 ('autocalib', 'off', ('40000', 'autocalib off xyzuw')),
+                                 ('temp_comp', 'on w', ('88010', None)),
+                                 ('temp_comp', 'off all', ('48000', None)),
+                                 ('calibrate', 'z', ('c0004', None)),
+                                 ('reference', '\n', ('20000', None))):
+            write_file(forward.head + name, text)
+            code = wait(lambda want=want: forward.commands()[-1:] and
+                        forward.commands()[-1][0] == want[0], 5)
+            self.assertTrue(code, (name, text, forward.commands()))
+            if want[1]:
+                self.assertEqual(' '.join(forward.commands()[-1][1:]), want[1])
+
+    def test_frames_by_the_tty(self):
+        forward = self.forward(1, 'cs')
+        fd = os.open('/dev/xy3-0', os.O_RDWR | os.O_NOCTTY)
+        frames = b''.join(head_rig.wire.command_frame(name, 'x', bits)
+                          for name, bits in (('calibrate', 24), ('reference', 32)))
+        self.assertEqual(os.write(fd, frames), 7)
+        self.assertEqual(head_rig.error_name(os.write, fd, frames[:5]), 'EINVAL')
+        self.assertTrue(wait(lambda: len(forward.commands()) == 2, 5))
+        time.sleep(0.1)
+        self.assertEqual([code for code, *_ in forward.commands()], ['c0001', '20001'])
+        os.close(fd)
+
+    def test_in_the_middle_of_a_stream(self):
+        forward = self.forward(4, 'line')
+        scans = 30000
+        write_file(DEBUGFS + 'record', '%d changes' % (scans + 1))
+        self.assertIsNone(forward.start())
+        fd = forward.open()
+        for part in range(30):
+            os.write(fd, b''.join(struct.pack('<3I', part * 1000 + i, i, part)
+                                  for i in range(1000)))
+            write_file(forward.head + 'calibrate', 'x')
+        self.assertIsNone(forward.stop())
+        os.close(fd)
+        self.assertTrue(wait(lambda: forward.number('commands') == 30, 5))
+        self.assertEqual(forward.sim('record').splitlines(),
+                         ['%d %d %d' % (n, n % 1000, n // 1000) for n in range(scans)])
+        self.assertIn('commands 30', forward.sim('stats'))
+        self.assertEqual(forward.x_of('parity_errors'), '0')
+
+    def test_rates(self):
+        forward = self.forward(4, 'line')
+        self.assertTrue(forward.attach())
+        for rate in (230400, 921600, 57600, 460800, 115200):
+            status, text = head_rig.run('stty', '-F', '/dev/xy3-0', str(rate))
+            self.assertEqual((status, text), (0, ''))
+            self.assertEqual(forward.sim('rate'), str(rate))
+            self.assertEqual(read_file(forward.head + 'rate').strip(), str(rate))
+            self.assertTrue(wait(lambda: read_file(forward.head + 'in_sync') == '1\n', 10), rate)
+
+
+class Errors(Case):
+    def test_controller_error(self):
+        forward = self.forward(4, 'line')
+        self.assertIsNone(forward.start())
+        fd = forward.open()
+        write_file(DEBUGFS + 'faults/spi_error_in', '3')
+        with self.assertRaises(OSError) as caught:
+            for _ in range(100000):
+                os.write(fd, b'\0' * 12 * 256)
+        self.assertEqual(caught.exception.errno, errno.EIO)
+        # neither a command that was refused nor positions that were left go out later
+        self.assertEqual(head_rig.error_name(write_file, forward.head + 'calibrate', 'x'), 'EIO')
+        self.assertIsNone(forward.stop())
+        scans = forward.number('scans')     # the controller has nothing of the stream any more
+        write_file(forward.head + 'reference', 'y')
+        self.assertTrue(wait(lambda: forward.commands(), 5))
+        time.sleep(0.2)
+        self.assertEqual([code for code, *_ in forward.commands()], ['20002'])
+        self.assertEqual(forward.number('scans'), scans + 1)
+        self.assertEqual(forward.number('bus_errors'), 1)
+        self.assertIsNone(forward.start())      # a new stream is a new chance
+        self.assertEqual(os.write(fd, b'\0' * 12), 12)
+        self.assertIsNone(forward.stop())
+        write_file(DEBUGFS + 'faults/spi_error_in', '1')
+        self.assertEqual(forward.set('out_angl0_raw', 5), 'EIO')
+        self.assertEqual(forward.number('out_angl0_raw'), 0)
+        self.assertIsNone(forward.set('out_angl0_raw', 5))
+        os.close(fd)
+
+    def test_start_and_stop(self):
+        forward = self.forward(4, 'line')
+        fd = forward.open()
+        for n in range(300):
+            self.assertIsNone(forward.start(length=1024))
+            os.write(fd, struct.pack('<3I', n, n, n) * (n % 7 * 100 + 1))
+            self.assertIsNone(forward.stop())
+            self.assertEqual(forward.x_of('positions'), str(n))
+        os.close(fd)
+
+    def test_unbound_in_the_middle_of_a_stream(self):
+        for _ in range(20):
+            forward = self.forward(4, 'line')
+            self.assertIsNone(forward.start())
+            fd = forward.open()
+            os.write(fd, b'\1\0\0\0' * 3 * 5000)
+            write_file('/sys/bus/spi/drivers/xy3-spi/unbind', os.path.basename(forward.spi[:-1]))
+            self.assertEqual(head_rig.error_name(os.write, fd, b'\0' * 12), 'ENODEV')
+            self.assertEqual(head_rig.heads(), [])
+            os.close(fd)
+            forward.close()
+            self._cleanups.pop()
+
+
+def setUpModule():
+    head_rig.load()
+    kernel.load_module(FOLDER + '/spi/xy3-spi.ko')
+
+
+def tearDownModule():
+    kernel.unload_module('xy3_spi')
+    head_rig.unload()
+
+
+if __name__ == '__main__':
+    sys.exit(runner.main())
