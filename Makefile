@@ -55,6 +55,9 @@ help:
 # The virtual devices: each a program, a package in python with - as _, and a manual page
 SIMULATORS := xhc-sim xy3-head-sim
 
+# The virtual head of the kernel has a page only: the module comes with the drivers
+MAN4 := userspace/xy3-sim/xy3-sim.4
+
 # The drivers' source for DKMS, what a program includes, udev's rules, units, virtual devices
 install-files: $(addprefix install-,$(SIMULATORS))
 	install -d $(DESTDIR)$(SRCDIR)
@@ -62,6 +65,7 @@ install-files: $(addprefix install-,$(SIMULATORS))
 	install -D -m 644 -t $(DESTDIR)$(PREFIX)/include/linux drivers/include/uapi/linux/xy3.h
 	install -D -m 644 -t $(DESTDIR)$(UDEVDIR)/rules.d userspace/udev/*.rules
 	install -D -m 644 -t $(DESTDIR)$(UNITDIR) userspace/systemd/*.service
+	install -D -m 644 -t $(DESTDIR)$(PREFIX)/share/man/man4 $(MAN4)
 
 $(addprefix install-,$(SIMULATORS)): install-%:
 	install -D -m 644 -t $(DESTDIR)$(PREFIX)/lib/$(NAME)/$(subst -,_,$*) \
@@ -89,6 +93,7 @@ uninstall-files:
 	rm -rf $(DESTDIR)$(SRCDIR) $(DESTDIR)$(PREFIX)/lib/$(NAME)
 	rm -f $(SIMULATORS:%=$(DESTDIR)$(PREFIX)/bin/%)
 	rm -f $(SIMULATORS:%=$(DESTDIR)$(PREFIX)/share/man/man1/%.1)
+	rm -f $(patsubst %,$(DESTDIR)$(PREFIX)/share/man/man4/%,$(notdir $(MAN4)))
 	rm -f $(DESTDIR)$(PREFIX)/include/linux/xy3.h
 	-rmdir --ignore-fail-on-non-empty $(DESTDIR)$(PREFIX)/include/linux
 	rm -f $(patsubst userspace/udev/%,$(DESTDIR)$(UDEVDIR)/rules.d/%,$(wildcard userspace/udev/*))
@@ -97,7 +102,7 @@ uninstall-files:
 uninstall:
 ifeq ($(DESTDIR),)
 	-systemctl stop 'xy3-attach@*.service'
-	-modprobe -r hid-xhc xy3
+	-modprobe -r xy3-sim xy3-spi xy3 hid-xhc
 	-dkms remove -m $(NAME) -v $(VERSION) --all
 endif
 	$(MAKE) uninstall-files

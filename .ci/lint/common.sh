@@ -53,9 +53,9 @@ copy_sources() {
 		done
 }
 
-# What a build must bring forth: drivers/NAME/NAME.ko
+# What a build must bring forth: drivers/NAME.ko, with a file *-core.c beside each
 # shellcheck disable=SC2034 # used by those who source this
-modules=(hid-xhc xy3)
+modules=(hid-xhc/hid-xhc xy3/xy3 xy3/spi/xy3-spi xy3/sim/xy3-sim)
 
 # Sparse does not know that guard() unlocks where its block ends, so it cannot count locks.
 # shellcheck disable=SC2034 # used by those who source this
