@@ -55,63 +55,63 @@ struct report_row {
 
 static const struct report_row report_rows[] = {
 	{ "idle, selector off", XHC_PRODUCT_HB04, 0xdd, false,
-	  { 4, 0, 0, 0, 0, 0xdd }, { .day_ok = true, .selector_ok = true } },
-	{ "asleep", XHC_PRODUCT_HB04, 22, false,
+	  { 4, 0, 0, 0, 0, 0xdd }, { .selector_ok = true } },
+	{ "asleep", XHC_PRODUCT_HB04, 0, false,
 	  { 4, 0, 0, 0, 0, 0 }, { .asleep = true, .selector_ok = true } },
 	{ "key 1 equal to the day is not sleep", XHC_PRODUCT_HB04, 0x17, false,
-	  { 4, 0x17, 0, 0, 0, 0 }, { .key = { 0x17 }, .day_ok = true, .selector_ok = true } },
+	  { 4, 0x17, 0, 0, 0, 0 }, { .key = { 0x17 }, .selector_ok = true } },
 	{ "two keys (seed: XORED DAY is day XOR button 1)", XHC_PRODUCT_HB04, 13, false,
 	  { 4, 0x01, 0x16, 0x11, 0, 13 ^ 1 },
-	  { .key = { 0x01, 0x16 }, .selector = XHC_SEL_X, .day_ok = true, .selector_ok = true } },
+	  { .key = { 0x01, 0x16 }, .selector = XHC_SEL_X, .selector_ok = true } },
 	{ "key in slot 2 only", XHC_PRODUCT_HB04, 13, false,
 	  { 4, 0, 0x0e, 0x11, 0, 13 },
-	  { .key = { 0, 0x0e }, .selector = XHC_SEL_X, .day_ok = true, .selector_ok = true } },
-	{ "day mismatch is told, not refused", XHC_PRODUCT_HB04, 13, false,
+	  { .key = { 0, 0x0e }, .selector = XHC_SEL_X, .selector_ok = true } },
+	{ "another day is told, not refused", XHC_PRODUCT_HB04, 12, false,
 	  { 4, 0x01, 0, 0x12, 1, 13 },
 	  { .key = { 0x01 }, .selector = XHC_SEL_Y, .wheel = 1, .selector_ok = true } },
 	{ "wheel +10 (seed)", XHC_PRODUCT_HB04, 1, false,
 	  { 4, 0, 0, 0x11, 10, 1 },
-	  { .selector = XHC_SEL_X, .wheel = 10, .day_ok = true, .selector_ok = true } },
+	  { .selector = XHC_SEL_X, .wheel = 10, .selector_ok = true } },
 	{ "wheel -10 (seed)", XHC_PRODUCT_HB04, 1, false,
 	  { 4, 0, 0, 0x11, 0xf6, 1 },
-	  { .selector = XHC_SEL_X, .wheel = -10, .day_ok = true, .selector_ok = true } },
+	  { .selector = XHC_SEL_X, .wheel = -10, .selector_ok = true } },
 	{ "wheel -128", XHC_PRODUCT_HB04, 1, false,
 	  { 4, 0, 0, 0x11, 0x80, 1 },
-	  { .selector = XHC_SEL_X, .wheel = -128, .day_ok = true, .selector_ok = true } },
+	  { .selector = XHC_SEL_X, .wheel = -128, .selector_ok = true } },
 	{ "HB03 selector X 11h (seed)", XHC_PRODUCT_HB03, 1, false, { 4, 0, 0, 0x11, 0, 1 },
-	  { .selector = XHC_SEL_X, .day_ok = true, .selector_ok = true } },
+	  { .selector = XHC_SEL_X, .selector_ok = true } },
 	{ "HB03 selector Y 12h (seed)", XHC_PRODUCT_HB03, 1, false, { 4, 0, 0, 0x12, 0, 1 },
-	  { .selector = XHC_SEL_Y, .day_ok = true, .selector_ok = true } },
+	  { .selector = XHC_SEL_Y, .selector_ok = true } },
 	{ "HB03 selector Z 13h (seed)", XHC_PRODUCT_HB03, 1, false, { 4, 0, 0, 0x13, 0, 1 },
-	  { .selector = XHC_SEL_Z, .day_ok = true, .selector_ok = true } },
+	  { .selector = XHC_SEL_Z, .selector_ok = true } },
 	{ "HB03 selector feed 14h (seed)", XHC_PRODUCT_HB03, 1, false, { 4, 0, 0, 0x14, 0, 1 },
-	  { .selector = XHC_SEL_FEED, .day_ok = true, .selector_ok = true } },
+	  { .selector = XHC_SEL_FEED, .selector_ok = true } },
 	{ "HB03 selector spindle 15h (seed)", XHC_PRODUCT_HB03, 1, false, { 4, 0, 0, 0x15, 0, 1 },
-	  { .selector = XHC_SEL_SPINDLE, .day_ok = true, .selector_ok = true } },
+	  { .selector = XHC_SEL_SPINDLE, .selector_ok = true } },
 	{ "HB03 selector speed 18h (seed)", XHC_PRODUCT_HB03, 1, false, { 4, 0, 0, 0x18, 0, 1 },
-	  { .selector = XHC_SEL_A, .day_ok = true, .selector_ok = true } },
+	  { .selector = XHC_SEL_A, .selector_ok = true } },
 	{ "HB04 selector A 18h (seed)", XHC_PRODUCT_HB04, 1, false, { 4, 0, 0, 0x18, 0, 1 },
-	  { .selector = XHC_SEL_A, .day_ok = true, .selector_ok = true } },
+	  { .selector = XHC_SEL_A, .selector_ok = true } },
 	{ "HB04 selector Z 13h (seed)", XHC_PRODUCT_HB04, 1, false, { 4, 0, 0, 0x13, 0, 1 },
-	  { .selector = XHC_SEL_Z, .day_ok = true, .selector_ok = true } },
+	  { .selector = XHC_SEL_Z, .selector_ok = true } },
 	{ "HB04 selector spindle 14h (field)", XHC_PRODUCT_HB04, 1, false, { 4, 0, 0, 0x14, 0, 1 },
-	  { .selector = XHC_SEL_SPINDLE, .day_ok = true, .selector_ok = true } },
+	  { .selector = XHC_SEL_SPINDLE, .selector_ok = true } },
 	{ "HB04 selector feed 15h (field)", XHC_PRODUCT_HB04, 1, false, { 4, 0, 0, 0x15, 0, 1 },
-	  { .selector = XHC_SEL_FEED, .day_ok = true, .selector_ok = true } },
+	  { .selector = XHC_SEL_FEED, .selector_ok = true } },
 	{ "HB03 feed and spindle swapped", XHC_PRODUCT_HB03, 1, true, { 4, 0, 0, 0x14, 0, 1 },
-	  { .selector = XHC_SEL_SPINDLE, .day_ok = true, .selector_ok = true } },
+	  { .selector = XHC_SEL_SPINDLE, .selector_ok = true } },
 	{ "HB04 feed and spindle swapped", XHC_PRODUCT_HB04, 1, true, { 4, 0, 0, 0x14, 0, 1 },
-	  { .selector = XHC_SEL_FEED, .day_ok = true, .selector_ok = true } },
+	  { .selector = XHC_SEL_FEED, .selector_ok = true } },
 	{ "HB04 spindle and feed swapped", XHC_PRODUCT_HB04, 1, true, { 4, 0, 0, 0x15, 0, 1 },
-	  { .selector = XHC_SEL_SPINDLE, .day_ok = true, .selector_ok = true } },
+	  { .selector = XHC_SEL_SPINDLE, .selector_ok = true } },
 	{ "swapped, X stays X", XHC_PRODUCT_HB04, 1, true, { 4, 0, 0, 0x11, 0, 1 },
-	  { .selector = XHC_SEL_X, .day_ok = true, .selector_ok = true } },
+	  { .selector = XHC_SEL_X, .selector_ok = true } },
 	{ "unknown selector is off", XHC_PRODUCT_HB04, 1, false, { 4, 0, 0, 0x16, 0, 1 },
-	  { .day_ok = true } },
+	  { } },
 	{ "unknown selector FFh is off", XHC_PRODUCT_HB03, 1, false, { 4, 0, 0, 0xff, 0, 1 },
-	  { .day_ok = true } },
+	  { } },
 	{ "unknown key is passed on", XHC_PRODUCT_HB04, 1, false, { 4, 0x30, 0, 0, 0, 0x31 },
-	  { .key = { 0x30 }, .day_ok = true, .selector_ok = true } },
+	  { .key = { 0x30 }, .selector_ok = true } },
 };
 
 static void report_row_name(const struct report_row *row, char *name)
@@ -139,13 +139,13 @@ static void report_test(struct kunit *test)
 
 	memset(&in, 0xa5, sizeof(in));
 	KUNIT_ASSERT_EQ(test, 0, xhc_decode_report(xhc_model_find(row->product), data,
-						   sizeof(row->data), row->day, row->swap, &in));
+						   sizeof(row->data), row->swap, &in));
 	KUNIT_EXPECT_EQ(test, in.key[0], row->want.key[0]);
 	KUNIT_EXPECT_EQ(test, in.key[1], row->want.key[1]);
 	KUNIT_EXPECT_EQ(test, in.selector, row->want.selector);
 	KUNIT_EXPECT_EQ(test, in.wheel, row->want.wheel);
 	KUNIT_EXPECT_EQ(test, in.asleep, row->want.asleep);
-	KUNIT_EXPECT_EQ(test, in.day_ok, row->want.day_ok);
+	KUNIT_EXPECT_EQ(test, in.day, row->day);
 	KUNIT_EXPECT_EQ(test, in.selector_ok, row->want.selector_ok);
 }
 
@@ -161,7 +161,7 @@ static void report_refused_test(struct kunit *test)
 
 		/* the good one is the control */
 		KUNIT_EXPECT_EQ_MSG(test, size == 6 ? 0 : -EINVAL,
-				    xhc_decode_report(hb04(), data, size, 1, false, &in),
+				    xhc_decode_report(hb04(), data, size, false, &in),
 				    "%zu bytes", size);
 		if (size < 6)
 			KUNIT_EXPECT_MEMEQ(test, &in, &before, sizeof(in));
@@ -170,7 +170,7 @@ static void report_refused_test(struct kunit *test)
 		u8 data[6] = { id };
 
 		KUNIT_EXPECT_EQ_MSG(test, id == 4 ? 0 : -EINVAL,
-				    xhc_decode_report(hb04(), data, 6, 1, false, &in),
+				    xhc_decode_report(hb04(), data, 6, false, &in),
 				    "id %u", id);
 	}
 }

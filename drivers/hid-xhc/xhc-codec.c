@@ -121,14 +121,13 @@ static bool xhc_decode_selector(const struct xhc_model *model, u8 code, bool swa
  * @model: the pendant's model
  * @data: the report with its id
  * @size: bytes in @data
- * @day: day of the last frame that the pendant has taken, 0 if none
  * @swap_feed_spindle: the unit has the codes of feed and spindle exchanged
  * @in: what the report says; untouched on error
  *
  * Return: 0, or -EINVAL for a report of another size or id.
  */
 int xhc_decode_report(const struct xhc_model *model, const u8 *data, size_t size,
-		      u8 day, bool swap_feed_spindle, struct xhc_input *in)
+		      bool swap_feed_spindle, struct xhc_input *in)
 {
 	const struct xhc_report *report = (const void *)data;
 
@@ -140,7 +139,7 @@ int xhc_decode_report(const struct xhc_model *model, const u8 *data, size_t size
 	in->selector_ok = xhc_decode_selector(model, report->selector, swap_feed_spindle,
 					      &in->selector);
 	in->wheel = report->wheel;
-	in->day_ok = report->day_xor == (day ^ report->key[0]);
+	in->day = report->day_xor ^ report->key[0];
 	/* an idle pendant with the selector off still sends its day, which is never 0 */
 	in->asleep = !memchr_inv(data + 1, 0, size - 1);
 	return 0;

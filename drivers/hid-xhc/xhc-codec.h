@@ -115,7 +115,7 @@ static_assert(sizeof(struct xhc_report) == 6);
  * @selector: enum xhc_selector
  * @wheel: detents since the last report, clockwise positive
  * @asleep: the pendant says good night: no key, no selector, no wheel
- * @day_ok: byte 5 matches the day that the pendant was sent last
+ * @day: what byte 5 says: the day that the pendant was sent last
  * @selector_ok: the selector's code is one that the model knows
  */
 struct xhc_input {
@@ -123,12 +123,12 @@ struct xhc_input {
 	u8 selector;
 	s8 wheel;
 	bool asleep;
-	bool day_ok;
+	u8 day;
 	bool selector_ok;
 };
 
 int xhc_decode_report(const struct xhc_model *model, const u8 *data, size_t size,
-		      u8 day, bool swap_feed_spindle, struct xhc_input *in);
+		      bool swap_feed_spindle, struct xhc_input *in);
 
 /**
  * struct xhc_key_change - a key that went down or up between two reports

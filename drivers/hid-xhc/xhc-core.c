@@ -50,8 +50,7 @@ static int xhc_raw_event(struct hid_device *hdev, struct hid_report *report, u8 
 	if (report->type != HID_INPUT_REPORT)
 		return 0;
 
-	err = xhc_decode_report(pendant->model, data, size, xhc_dro_day(pendant),
-				swap_feed_spindle, &in);
+	err = xhc_decode_report(pendant->model, data, size, swap_feed_spindle, &in);
 	trace_report(hdev, data, size, err);
 
 	xhc_count(pendant, XHC_REPORTS);
@@ -59,7 +58,7 @@ static int xhc_raw_event(struct hid_device *hdev, struct hid_report *report, u8 
 		xhc_count(pendant, XHC_BAD_REPORTS);
 		return 0;
 	}
-	if (!in.day_ok && !in.asleep)
+	if (!in.asleep && !xhc_dro_day_sent(pendant, in.day))
 		xhc_count(pendant, XHC_XOR_MISMATCHES);
 
 	xhc_input_report(pendant, &in);

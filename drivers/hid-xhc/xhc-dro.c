@@ -94,6 +94,7 @@ static int xhc_dro_frame(struct xhc_pendant *pendant, const struct xhc_display *
 		return 0;
 
 	dro->shown_size = 0;
+	WRITE_ONCE(dro->day_on_its_way, display->day);
 	err = xhc_dro_send(pendant, payload, size);
 	trace_frame(pendant->hdev, payload, size, err);
 	if (err) {
@@ -185,16 +186,20 @@ int xhc_dro_flush(struct xhc_pendant *pendant)
 }
 
 /**
- * xhc_dro_day() - the day that the pendant was sent last
+ * xhc_dro_day_sent() - may a pendant go by this day
  * @pendant: the pendant
+ * @day: the day, as a report says it
+ *
+ * It goes by the day of the last frame that it has taken. While one is on its way nobody knows
+ * whether it has: the report that it sends next may be here before the end of the transfer.
  *
  * Context: any.
  *
- * Return: 1..31, or 0 when it has taken no frame yet.
+ * Return: true for that day or, while a frame is on its way, that one's; 0 before the first.
  */
-u8 xhc_dro_day(struct xhc_pendant *pendant)
+bool xhc_dro_day_sent(struct xhc_pendant *pendant, u8 day)
 {
-	return READ_ONCE(pendant->dro.day);
+	return day == READ_ONCE(pendant->dro.day) || day == READ_ONCE(pendant->dro.day_on_its_way);
 }
 
 /**

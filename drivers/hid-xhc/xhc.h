@@ -92,6 +92,8 @@ struct xhc_buttons {
  * @shown_size: worker only: bytes in @shown; 0 when what the pendant shows is not known
  * @failing: worker only: the last frame was not taken
  * @day: day of the last frame that the pendant has taken, read without a lock
+ * @day_on_its_way: day of the last frame that was begun, read likewise; the same as @day unless
+ *		    that frame is still on its way or was not taken
  */
 struct xhc_dro {
 	struct mutex lock;	/* see above */
@@ -111,6 +113,7 @@ struct xhc_dro {
 	size_t shown_size;
 	bool failing;
 	u8 day;
+	u8 day_on_its_way;
 };
 
 /**
@@ -151,7 +154,7 @@ void xhc_dro_start(struct xhc_pendant *pendant);
 void xhc_dro_stop(struct xhc_pendant *pendant);
 void xhc_dro_changed(struct xhc_pendant *pendant);
 int xhc_dro_flush(struct xhc_pendant *pendant);
-u8 xhc_dro_day(struct xhc_pendant *pendant);
+bool xhc_dro_day_sent(struct xhc_pendant *pendant, u8 day);
 
 /* xhc-sysfs.c */
 extern const struct attribute_group *xhc_groups[];

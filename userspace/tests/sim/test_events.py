@@ -576,6 +576,13 @@ class Counters(Case):
         self.assertPacket(pendant, released(1) + pressed(2))
         self.assertEqual(pendant.stat('xor_mismatches'), 1)
 
+    def test_report_before_the_frame_has_returned_is_no_mismatch(self):
+        pendant = self.plug()
+        pendant.device.on_frame = lambda picture: pendant.report(1, day=picture.day)
+        pendant.set('day', str(pendant.device.pendant.day % 28 + 1))
+        self.assertPacket(pendant, pressed(1))
+        self.assertEqual(pendant.stat('xor_mismatches'), 0)
+
     def test_sleep_is_no_mismatch(self):
         pendant = self.plug()
         pendant.report(1)
