@@ -205,13 +205,6 @@ ssize_t strscpy(char *dst, const char *src, size_t size)
 	return (ssize_t)len;
 }
 
-char *skip_spaces(const char *str)
-{
-	while (isspace(*str))
-		str++;
-	return (char *)str;
-}
-
 char *strim(char *str)
 {
 	size_t len = strlen(str);
