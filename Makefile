@@ -21,7 +21,7 @@ export LLVM
 endif
 
 .PHONY: all modules clean help install uninstall install-files uninstall-files demo mutate \
-	bench check check-host check-kunit check-sim check-stock lint
+	lib install-lib uninstall-lib bench check check-host check-kunit check-sim check-stock lint
 
 all: modules
 
@@ -33,6 +33,7 @@ clean:
 		-o -name '*.mod.c' -o -name '.*.cmd' -o -name 'modules.order' -o -name '*.o.d' \) \
 		-delete
 	rm -f Module.symvers modules.order .module-common.o .*.cmd
+	rm -rf build/libxy3
 
 help:
 	@echo 'Build and install (KVER=release or KDIR=folder choose another kernel):'
@@ -40,6 +41,7 @@ help:
 	@echo '  sudo make install  install them through DKMS, with udev rules and tools;'
 	@echo '                     with DESTDIR= only files are copied, for packagers'
 	@echo '  sudo make uninstall  take all of it away again'
+	@echo '  make lib           libxy3 for programs in C, in build/libxy3; install-lib installs it'
 	@echo '  make clean         remove what was built here'
 	@echo 'Try and test (need no pendant, never touch the running kernel):'
 	@echo '  sudo make demo     a virtual pendant in a virtual machine'
@@ -75,6 +77,13 @@ $(addprefix install-,$(SIMULATORS)): install-%:
 	install -d $(DESTDIR)$(PREFIX)/bin
 	ln -sf ../lib/$(NAME)/$* $(DESTDIR)$(PREFIX)/bin/$*
 
+# The library wants a compiler, and not all who have the drivers want it
+lib:
+	$(MAKE) -C userspace/libxy3 all
+
+install-lib uninstall-lib: %-lib:
+	$(MAKE) -C userspace/libxy3 $*
+
 # Twice in a row is no error: what dkms has of this version goes first
 install:
 ifeq ($(DESTDIR),)
@@ -89,7 +98,7 @@ ifeq ($(DESTDIR),)
 	-systemctl daemon-reload
 endif
 
-uninstall-files:
+uninstall-files: uninstall-lib
 	rm -rf $(DESTDIR)$(SRCDIR) $(DESTDIR)$(PREFIX)/lib/$(NAME)
 	rm -f $(SIMULATORS:%=$(DESTDIR)$(PREFIX)/bin/%)
 	rm -f $(SIMULATORS:%=$(DESTDIR)$(PREFIX)/share/man/man1/%.1)
