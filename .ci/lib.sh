@@ -58,7 +58,7 @@ attempt() {
 }
 
 take() {
-	local name=$1 least=$2 output count='^[a-z_-]+: ([0-9]+) passed, ([0-9]+) failed$'
+	local name=$1 least=$2 output count='^[a-z0-9_-]+: ([0-9]+) passed, ([0-9]+) failed$'
 	shift 2
 	output=$("$@" 2>&1 < /dev/null)
 	if [[ ! ${output##*$'\n'} =~ $count ]]; then
