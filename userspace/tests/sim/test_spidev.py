@@ -1,0 +1,321 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""libxy3 through the kernel's spidev: what is written is what the virtual head has received, scan
+by scan; and what spidev or its controller cannot do is an error, not a loss.
+
+The library is the shared one, XY3_LIBRARY; SPIDEV_MODULE is the path of spidev.ko.
+"""
+
+import ctypes
+import errno
+import fcntl
+import os
+import random
+import struct
+import sys
+import unittest
+
+import head_rig
+import kernel
+import runner
+from kernel import read_file, wait, write_file
+
+SIM = os.path.dirname(os.environ.get('XY3_MODULE', '')) + '/sim/xy3-sim.ko'
+DEBUGFS = '/sys/kernel/debug/xy3-sim/0/'
+SPI_IOC_RD_MODE32, SPI_IOC_WR_MODE32 = 0x80046b05, 0x40046b05
+SPI_MODE_1, SPI_MODE_3, SPI_TX_QUAD = 1, 3, 0x200
+CALIBRATE, REFERENCE = 0xc0000, 0x20000
+# lines, framing, signals as the library wants them
+ARRANGEMENTS = ((1, 'cs', None), (2, 'cs', 'y x'), (4, 'cs', None), (8, 'cs', None),
+                (4, 'line', 'sync x y z'), (8, 'line', 'sync x y z u w'))
+
+library = ctypes.CDLL(os.environ.get('XY3_LIBRARY'))
+library.xy3_line_map_new.argtypes = [ctypes.POINTER(ctypes.c_void_p), ctypes.c_uint, ctypes.c_uint,
+                                     ctypes.c_char_p]
+library.xy3_line_map_free.argtypes = [ctypes.c_void_p]
+library.xy3_line_map_axes.argtypes = [ctypes.c_void_p]
+library.xy3_code_max.argtypes = [ctypes.c_void_p]
+library.xy3_code_max.restype = ctypes.c_uint32
+library.xy3_spidev_open.argtypes = [ctypes.POINTER(ctypes.c_void_p), ctypes.c_char_p,
+                                    ctypes.c_void_p, ctypes.c_uint]
+library.xy3_spidev_close.argtypes = [ctypes.c_void_p]
+library.xy3_spidev_write.argtypes = [ctypes.c_void_p, ctypes.POINTER(ctypes.c_uint32),
+                                     ctypes.c_size_t]
+library.xy3_spidev_write.restype = ctypes.c_ssize_t
+library.xy3_spidev_repeat.argtypes = [ctypes.c_void_p, ctypes.c_size_t]
+library.xy3_spidev_repeat.restype = ctypes.c_ssize_t
+library.xy3_spidev_command.argtypes = [ctypes.c_void_p, ctypes.c_uint32]
+library.xy3_spidev_block.argtypes = [ctypes.c_void_p]
+
+
+def checked(result):
+    """OSError for a negative errno"""
+    if result < 0:
+        raise OSError(-result, os.strerror(-result))
+    return result
+
+
+def unload(name):
+    """What was closed a moment ago may still be held."""
+    if not wait(lambda: head_rig.error_name(kernel.unload_module, name) is None):
+        raise AssertionError('%s stays' % name)
+
+
+class Spidev:
+    """An open device of the library."""
+
+    def __init__(self, path, lines=1, signals=None, bits=24, rate=0):
+        line_map = ctypes.c_void_p()
+        checked(library.xy3_line_map_new(line_map, lines, bits, signals and signals.encode()))
+        self.handle = ctypes.c_void_p()
+        self.axes = library.xy3_line_map_axes(line_map)
+        self.code_max = library.xy3_code_max(line_map)
+        error = library.xy3_spidev_open(self.handle, path.encode(), line_map, rate)
+        library.xy3_line_map_free(line_map)
+        checked(error)
+
+    def close(self):
+        library.xy3_spidev_close(self.handle)
+
+    def write(self, scans):
+        codes = [code for scan in scans for code in scan]
+        return checked(library.xy3_spidev_write(
+            self.handle, (ctypes.c_uint32 * len(codes))(*codes), len(scans)))
+
+    def repeat(self, scans):
+        return checked(library.xy3_spidev_repeat(self.handle, scans))
+
+    def command(self, code):
+        return checked(library.xy3_spidev_command(self.handle, code))
+
+    def block(self):
+        return library.xy3_spidev_block(self.handle)
+
+
+class Case(unittest.TestCase):
+    maxDiff = 1000
+
+    def head(self, lines=1, framing='cs', more=''):
+        """A virtual head; -> the path of its spidev"""
+        kernel.load_module(SIM, 'modalias=spidev lines=%d framing=%s %s' % (lines, framing, more))
+        self.addCleanup(unload, 'xy3_sim')
+        self.spi = self.sim('devices')['spi']
+        path = '/dev/' + self.sim('devices')['spidev']
+        self.assertTrue(wait(lambda: os.path.exists(path)), path)
+        write_file(DEBUGFS + 'record', '100000')
+        return path
+
+    def spidev(self, *arguments, **keywords):
+        spidev = Spidev(*arguments, **keywords)
+        self.addCleanup(spidev.close)
+        return spidev
+
+    def reload_spidev(self, parameters):
+        unload('spidev')
+        kernel.load_module(os.environ['SPIDEV_MODULE'], parameters)
+
+    def sim(self, name):
+        """{name: value}"""
+        return dict(line.split()[:2] for line in read_file(DEBUGFS + name).splitlines())
+
+    def scans(self, spidev, count, seed=1):
+        chance = random.Random(seed)
+        return [tuple(chance.randint(0, spidev.code_max) for _ in range(spidev.axes))
+                for _ in range(count)]
+
+    def assertReceived(self, scans):
+        """Exactly these, in this order, and nothing that was bad"""
+        self.assertEqual(int(self.sim('stats')['scans']), len(scans))
+        received = read_file(DEBUGFS + 'record').splitlines()
+        self.assertEqual(received, [' '.join(map(str, scan)) for scan in scans])
+        for name in ('parity_errors', 'length_errors', 'mode_errors'):
+            self.assertEqual(set(self.sim(name).values()), {'0'}, name)
+        for name in ('unknown_commands', 'short_gaps', 'stray_clocks'):
+            self.assertEqual(self.sim('stats')[name], '0', name)
+
+    def assertError(self, code, function, *arguments, **keywords):
+        with self.assertRaises(OSError) as caught:
+            function(*arguments, **keywords)
+        self.assertEqual(caught.exception.errno, getattr(errno, code), caught.exception)
+
+
+class ClosedLoop(Case):
+    def check(self, lines, framing, signals, bits):
+        path = self.head(lines, framing, 'signals=' + signals.replace(' ', ',') if signals else '')
+        spidev = self.spidev(path, lines, signals, bits)
+        chance = random.Random(lines * 100 + bits)
+        scans = self.scans(spidev, 3000, seed=bits)
+        done = 0
+        while done < len(scans):
+            part = scans[done:done + chance.choice((1, 2, 100, 511, 512, 1500))]
+            self.assertEqual(spidev.write(part), len(part))
+            done += len(part)
+        self.assertReceived(scans)
+        bus = self.sim('bus')
+        self.assertEqual(int(bus['transfers']), int(bus['messages']) if framing == 'line' else 3000)
+        self.assertLess(int(bus['messages']), 1000)
+
+    def test_commands_between_scans(self):
+        path = self.head(4, 'line')
+        spidev = self.spidev(path, 4, 'sync x y z')
+        scans = self.scans(spidev, 1000)
+        for n in range(10):
+            self.assertEqual(spidev.write(scans[n * 100:n * 100 + 100]), 100)
+            spidev.command((REFERENCE if n % 2 else CALIBRATE) | n)
+        self.assertReceived(scans)
+        commands = [line.split()[:2] for line in read_file(DEBUGFS + 'commands').splitlines()]
+        self.assertEqual(commands, [['%d' % (n * 100 + 100),
+                                     '%05x' % ((REFERENCE if n % 2 else CALIBRATE) | n)]
+                                    for n in range(10)])
+        self.assertError('ERANGE', spidev.command, 1 << 20)
+
+    def test_repeat(self):
+        spidev = self.spidev(self.head(2, 'cs'), 2)
+        self.assertError('ENODATA', spidev.repeat, 1)
+        spidev.write([(1, 2), (3, 4)])
+        spidev.command(CALIBRATE)
+        self.assertEqual(spidev.repeat(1200), 1200)
+        self.assertReceived([(1, 2)] + [(3, 4)] * 1201)
+
+    def test_code_out_of_range(self):
+        spidev = self.spidev(self.head(2, 'cs'), 2)
+        self.assertError('ERANGE', spidev.write, [(1, 2), (3, 1 << 20)])
+        self.assertReceived([])
+
+    def test_rate(self):
+        path = self.head(4, 'line', 'max_speed_hz=2600000')
+        self.assertError('ERANGE', Spidev, path, 4, 'sync x y z', rate=100001)
+        self.assertError('ERANGE', Spidev, path, 4, 'sync x y z', bits=32, rate=100000)
+        spidev = self.spidev(path, 4, 'sync x y z', rate=100000)
+        spidev.write(self.scans(spidev, 1000))
+        # a frame each 10 us
+        self.assertEqual(int(self.sim('bus')['busy_ns']), 1000 * 10000)
+
+
+def closed_loop_case(*arguments):
+    def test(self):
+        self.check(*arguments)
+    return test
+
+
+for _lines, _framing, _signals in ARRANGEMENTS:
+    for _bits in (24, 32):
+        setattr(ClosedLoop, 'test_%d_lines_%s_%d_bits' % (_lines, _framing, _bits),
+                closed_loop_case(_lines, _framing, _signals, _bits))
+
+
+class Mode(Case):
+    def mode(self, path, new=None):
+        """-> the mode that the device has; new: sets one"""
+        fd = os.open(path, os.O_RDWR)
+        try:
+            if new is not None:
+                fcntl.ioctl(fd, SPI_IOC_WR_MODE32, struct.pack('I', new))
+            return struct.unpack('I', fcntl.ioctl(fd, SPI_IOC_RD_MODE32, b'\0' * 4))[0]
+        finally:
+            os.close(fd)
+
+    def test_controller_without_so_many_lines(self):
+        path = self.head(2, 'cs', 'signals=x,y')
+        self.assertEqual(self.mode(path, SPI_MODE_3), SPI_MODE_3)
+        self.assertError('EOPNOTSUPP', Spidev, path, 4, 'sync x y z')
+        self.assertError('EOPNOTSUPP', Spidev, path, 8)
+        self.assertEqual(self.mode(path), SPI_MODE_3)       # as if nobody had tried
+        self.assertReceived([])
+        spidev = self.spidev(path, 2)
+        spidev.write([(5, 6)])
+        self.assertReceived([(5, 6)])
+
+    def test_wrong_mode(self):
+        path = self.head(4, 'cs')
+        self.mode(path, SPI_MODE_3)
+        spidev = self.spidev(path, 4)
+        self.assertEqual(self.mode(path), SPI_MODE_1 | SPI_TX_QUAD)
+        spidev.write([(1, 2, 3, 4)])
+        self.assertReceived([(1, 2, 3, 4)])
+        # the head does notice
+        self.mode(path, SPI_MODE_3 | SPI_TX_QUAD)
+        spidev.write([(5, 6, 7, 8)])
+        self.assertEqual(set(self.sim('mode_errors').values()), {'1'})
+
+    def test_no_spidev(self):
+        self.assertError('ENOTTY', Spidev, '/dev/null')
+        self.assertError('ENOENT', Spidev, '/dev/spidev99.9')
+
+
+class Limits(Case):
+    def with_bufsiz(self, size, lines, framing, signals, count):
+        """-> the device, when it has sent some scans through spidev with another bufsiz"""
+        self.reload_spidev('bufsiz=%d' % size)
+        self.addCleanup(self.reload_spidev, '')
+        spidev = self.spidev(self.head(lines, framing), lines, signals)
+        scans = self.scans(spidev, count)
+        self.assertEqual(spidev.write(scans), count)
+        self.assertReceived(scans)
+        return spidev
+
+    def test_large_bufsiz(self):
+        self.with_bufsiz(65536, 4, 'line', 'sync x y z', 10000)
+        self.assertEqual(int(self.sim('bus')['messages']), 2)
+
+    def test_small_bufsiz(self):
+        spidev = self.with_bufsiz(32, 4, 'line', 'sync x y z', 99)
+        self.assertEqual(spidev.block(), 2)
+        spidev.command(CALIBRATE)
+        self.assertEqual(self.sim('stats')['commands'], '1')
+
+    def test_small_bufsiz_for_many_transfers(self):
+        # each transfer is rounded up: fewer scans than bytes would let one think
+        spidev = self.with_bufsiz(64, 1, 'cs', None, 99)
+        self.assertEqual(int(self.sim('bus')['transfers']), 99)
+        self.assertGreaterEqual(spidev.block(), 4)
+
+    def test_not_one_scan_fits(self):
+        self.reload_spidev('bufsiz=8')
+        self.addCleanup(self.reload_spidev, '')
+        spidev = self.spidev(self.head(4, 'line'), 4, 'sync x y z')
+        self.assertError('EMSGSIZE', spidev.write, [(1, 2, 3)] * 5)
+        self.assertError('EMSGSIZE', spidev.command, CALIBRATE)
+        self.assertReceived([])
+
+    def test_controller_with_short_transfers(self):
+        spidev = self.spidev(self.head(4, 'line', 'max_transfer=100'), 4, 'sync x y z')
+        scans = self.scans(spidev, 1000)
+        self.assertEqual(spidev.write(scans), 1000)
+        self.assertReceived(scans)
+        # the SPI core has cut messages into transfers that the controller takes
+        self.assertGreaterEqual(int(self.sim('bus')['transfers']), 1000 * 13 // 100)
+
+
+class Errors(Case):
+    def test_controller_error(self):
+        spidev = self.spidev(self.head(4, 'line'), 4, 'sync x y z')
+        scans = self.scans(spidev, 1000)
+        write_file(DEBUGFS + 'faults/spi_error_in', '3')
+        sent = spidev.write(scans)
+        self.assertEqual(sent, 2 * spidev.block())
+        write_file(DEBUGFS + 'faults/spi_error_in', '1')
+        self.assertError('EIO', spidev.write, scans[sent:])
+        self.assertReceived(scans[:sent])
+        self.assertEqual(spidev.write(scans[sent:]), 1000 - sent)
+        self.assertReceived(scans)
+
+    def test_device_goes(self):
+        spidev = self.spidev(self.head(1, 'cs'))
+        self.assertEqual(spidev.write([(7,)]), 1)
+        write_file('/sys/bus/spi/drivers/spidev/unbind', self.spi)
+        self.assertError('ESHUTDOWN', spidev.write, [(8,)])
+        self.assertError('ESHUTDOWN', spidev.repeat, 1)
+        self.assertError('ESHUTDOWN', spidev.command, CALIBRATE)
+        self.assertReceived([(7,)])
+
+
+def setUpModule():
+    kernel.load_module(os.environ['SPIDEV_MODULE'])
+
+
+def tearDownModule():
+    unload('spidev')
+
+
+if __name__ == '__main__':
+    sys.exit(runner.main())
