@@ -4,98 +4,18 @@ has received, in order, whatever the lines; and commands, rates, errors of the c
 """
 
 import errno
-import fcntl
 import glob
 import os
 import random
 import struct
 import sys
-import termios
 import time
-import tty
-import unittest
 
+import forward_rig
 import head_rig
-import kernel
 import runner
+from forward_rig import ARRANGEMENTS, Case, write_all
 from kernel import read_file, wait, write_file
-
-FOLDER = os.path.dirname(os.environ.get('XY3_MODULE', ''))
-DEBUGFS = '/sys/kernel/debug/xy3-sim/0/'
-# lines, framing, the controller has SPI_CS_WORD
-ARRANGEMENTS = ((1, 'cs', 0), (1, 'cs', 1), (2, 'cs', 0), (4, 'cs', 0), (8, 'cs', 0),
-                (4, 'line', 0), (8, 'line', 0))
-
-
-class Forward:
-    """A virtual head, and the IIO device of its forward channel."""
-
-    def __init__(self, lines=4, framing='line', cs_word=0, more=''):
-        kernel.load_module(FOLDER + '/sim/xy3-sim.ko', 'lines=%d framing=%s cs_word=%d %s'
-                           % (lines, framing, cs_word, more))
-        self.iio = wait(lambda: (glob.glob('/sys/bus/iio/devices/iio:device*') or [''])[0], 5) + '/'
-        self.spi = os.path.realpath(self.iio + '..') + '/'
-        self.head = '/sys/class/xy3/xy3-0/'
-        self.axes = len(glob.glob(self.iio + 'out_angl*_raw'))
-        self.uart = None
-
-    def close(self):
-        if self.uart is not None:
-            os.close(self.uart)
-        if not wait(lambda: head_rig.error_name(kernel.unload_module, 'xy3_sim') is None, 5):
-            raise AssertionError('xy3-sim stays')
-
-    def get(self, name):
-        return read_file(self.iio + name).strip()
-
-    def number(self, name):
-        return int(self.get(name))
-
-    def set(self, name, value):
-        return head_rig.error_name(write_file, self.iio + name, str(value))
-
-    def sim(self, name):
-        return read_file(DEBUGFS + name).strip()
-
-    def x_of(self, name):
-        return self.sim(name).split()[1]
-
-    def start(self, axes=None, length=4096):
-        for axis in range(self.axes):
-            self.set('scan_elements/out_angl%d_en' % axis, int(axes is None or axis in axes))
-        self.set('buffer/length', length)
-        return self.set('buffer/enable', 1)
-
-    def stop(self):
-        return self.set('buffer/enable', 0)
-
-    def open(self, flags=0):
-        return os.open('/dev/' + os.path.basename(self.iio.rstrip('/')), os.O_WRONLY | flags)
-
-    def commands(self):
-        """-> [(code, name and axes), ...]"""
-        return [tuple(line.split(' ', 2)[1:]) for line in self.sim('commands').splitlines()]
-
-    def attach(self):
-        self.uart = os.open('/dev/ttyXY3SIM0', os.O_RDWR | os.O_NOCTTY)
-        tty.setraw(self.uart)
-        head_rig.set_speed(self.uart, 115200)
-        fcntl.ioctl(self.uart, termios.TIOCSETD, struct.pack('i', head_rig.LDISC))
-        return wait(lambda: read_file(self.head + 'in_sync') == '1\n', 10)
-
-
-def write_all(fd, data, piece):
-    """In pieces whose size piece() gives."""
-    done = 0
-    while done < len(data):
-        done += os.write(fd, data[done:done + piece()])
-
-
-class Case(unittest.TestCase):
-    def forward(self, *arguments, **keywords):
-        forward = Forward(*arguments, **keywords)
-        self.addCleanup(forward.close)
-        return forward
 
 
 class ClosedLoop(Case):
@@ -105,7 +25,7 @@ class ClosedLoop(Case):
         chance = random.Random(lines * 100 + bits)
         top = (1 << (26 if bits == 32 else 20)) - 1
         codes = [chance.randint(0, top) for _ in range(scans * forward.axes)]
-        write_file(DEBUGFS + 'record', '%d changes' % (scans + 2))
+        forward.record(scans + 2)
         self.assertIsNone(forward.start())
         fd = forward.open()
         one = 4 * forward.axes
@@ -117,8 +37,7 @@ class ClosedLoop(Case):
                 for i in range(0, len(codes), forward.axes)]
         self.assertEqual(len(forward.sim('record').splitlines()), scans)
         self.assertEqual(forward.sim('record').splitlines(), want)
-        for name in ('parity_errors', 'length_errors', 'mode_errors'):
-            self.assertEqual({line.split()[1] for line in forward.sim(name).splitlines()}, {'0'})
+        self.assertEqual(forward.bad_frames(), [])
         last = [int(line.split()[1]) for line in forward.sim('positions').splitlines()]
         self.assertEqual(last, codes[-forward.axes:])
         self.assertEqual(forward.number('scans') - forward.number('repeated'), scans)
@@ -127,7 +46,7 @@ class ClosedLoop(Case):
     def test_one_axis_left_out(self):
         forward = self.forward(4, 'line')
         self.assertIsNone(forward.set('out_angl1_raw', 777))
-        write_file(DEBUGFS + 'record', '100 changes')
+        forward.record(100)
         self.assertIsNone(forward.start(axes=(0, 2)))
         fd = forward.open()
         os.write(fd, struct.pack('<6I', 1, 2, 3, 4, 5, 6))
@@ -227,21 +146,18 @@ class Settings(Case):
             self.assertEqual(read_file(path), 'x y z u\n')
         write_file(path, 'sync w - x\n')
         self.assertEqual(read_file(path), 'sync w - x\n')
-        write_file(DEBUGFS + 'signals', 'sync w - x')
-        forward.iio = glob.glob('/sys/bus/iio/devices/iio:device*')[0] + '/'
+        forward.set_sim('signals', 'sync w - x')
+        forward.find()
         self.assertEqual([forward.get('out_angl%d_label' % i) for i in range(2)], ['x', 'w'])
         self.assertIsNone(forward.set('out_angl0_raw', 5))
         self.assertIsNone(forward.set('out_angl1_raw', 6))
         self.assertEqual(forward.sim('positions').splitlines(), ['x 5 20', 'w 6 20'])
 
     def test_controller_with_fewer_lines(self):
-        kernel.load_module(FOLDER + '/sim/xy3-sim.ko', 'lines=1 device_lines=4')
-        try:
-            time.sleep(0.2)
-            self.assertEqual(glob.glob('/sys/bus/iio/devices/iio:device*'), [])
-            self.assertEqual(head_rig.heads(), [])
-        finally:
-            kernel.unload_module('xy3_sim')
+        self.sim(1, 'cs', more='device_lines=4')
+        time.sleep(0.2)
+        self.assertEqual(glob.glob('/sys/bus/iio/devices/iio:device*'), [])
+        self.assertEqual(head_rig.heads(), [])
 
 
 class Commands(Case):
@@ -275,7 +191,7 @@ class Commands(Case):
     def test_in_the_middle_of_a_stream(self):
         forward = self.forward(4, 'line')
         scans = 30000
-        write_file(DEBUGFS + 'record', '%d changes' % (scans + 1))
+        forward.record(scans + 1)
         self.assertIsNone(forward.start())
         fd = forward.open()
         for part in range(30):
@@ -306,7 +222,7 @@ class Errors(Case):
         forward = self.forward(4, 'line')
         self.assertIsNone(forward.start())
         fd = forward.open()
-        write_file(DEBUGFS + 'faults/spi_error_in', '3')
+        forward.set_sim('faults/spi_error_in', 3)
         with self.assertRaises(OSError) as caught:
             for _ in range(100000):
                 os.write(fd, b'\0' * 12 * 256)
@@ -324,7 +240,7 @@ class Errors(Case):
         self.assertIsNone(forward.start())      # a new stream is a new chance
         self.assertEqual(os.write(fd, b'\0' * 12), 12)
         self.assertIsNone(forward.stop())
-        write_file(DEBUGFS + 'faults/spi_error_in', '1')
+        forward.set_sim('faults/spi_error_in', 1)
         self.assertEqual(forward.set('out_angl0_raw', 5), 'EIO')
         self.assertEqual(forward.number('out_angl0_raw'), 0)
         self.assertIsNone(forward.set('out_angl0_raw', 5))
@@ -341,27 +257,25 @@ class Errors(Case):
         os.close(fd)
 
     def test_unbound_in_the_middle_of_a_stream(self):
+        forward = self.forward(4, 'line')
         for _ in range(20):
-            forward = self.forward(4, 'line')
             self.assertIsNone(forward.start())
             fd = forward.open()
             os.write(fd, b'\1\0\0\0' * 3 * 5000)
-            write_file('/sys/bus/spi/drivers/xy3-spi/unbind', os.path.basename(forward.spi[:-1]))
+            forward.unbind()
             self.assertEqual(head_rig.error_name(os.write, fd, b'\0' * 12), 'ENODEV')
             self.assertEqual(head_rig.heads(), [])
             os.close(fd)
-            forward.close()
-            self._cleanups.pop()
+            forward.bind()
+            forward.find()
 
 
 def setUpModule():
-    head_rig.load()
-    kernel.load_module(FOLDER + '/spi/xy3-spi.ko')
+    forward_rig.load()
 
 
 def tearDownModule():
-    kernel.unload_module('xy3_spi')
-    head_rig.unload()
+    forward_rig.unload()
 
 
 if __name__ == '__main__':

@@ -1,0 +1,165 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""What the tests of the scanhead's forward channel share: virtual heads (xy3-sim), and the IIO
+devices that xy3-spi makes of them.
+"""
+
+import fcntl
+import glob
+import os
+import struct
+import termios
+import tty
+import unittest
+
+import head_rig
+import kernel
+from kernel import read_file, wait, write_file
+
+FOLDER = os.path.dirname(os.environ.get('XY3_MODULE', ''))
+DEBUGFS = '/sys/kernel/debug/xy3-sim/'
+DRIVER = '/sys/bus/spi/drivers/xy3-spi/'
+# lines, framing, the controller has SPI_CS_WORD
+ARRANGEMENTS = ((1, 'cs', 0), (1, 'cs', 1), (2, 'cs', 0), (4, 'cs', 0), (8, 'cs', 0),
+                (4, 'line', 0), (8, 'line', 0))
+
+
+def load_driver():
+    kernel.load_module(FOLDER + '/spi/xy3-spi.ko')
+
+
+def load():
+    head_rig.load()
+    load_driver()
+
+
+def unload():
+    kernel.unload_module('xy3_spi')
+    head_rig.unload()
+
+
+def load_sim(lines=4, framing='line', cs_word=0, more=''):
+    kernel.load_module(FOLDER + '/sim/xy3-sim.ko', 'lines=%d framing=%s cs_word=%d %s'
+                       % (lines, framing, cs_word, more))
+
+
+def unload_sim():
+    if not wait(lambda: head_rig.error_name(kernel.unload_module, 'xy3_sim') is None):
+        raise AssertionError('xy3-sim stays')
+
+
+class Forward:
+    """A virtual head, and the IIO device of its forward channel."""
+
+    def __init__(self, number=0):
+        self.debugfs = '%s%d/' % (DEBUGFS, number)
+        self.device = self.sim('devices').split()[1]
+        self.spi = '/sys/bus/spi/devices/%s/' % self.device
+        self.head = '/sys/class/xy3/xy3-%d/' % number
+        self.number_of_tty = number
+        self.uart = None
+        self.find()
+
+    def find(self):
+        """The IIO device, which another line map makes anew."""
+        self.iio = wait(lambda: (glob.glob(self.spi + 'iio:device*') or [''])[0], 5) + '/'
+        self.axes = len(glob.glob(self.iio + 'out_angl*_raw'))
+
+    def close(self):
+        if self.uart is not None:
+            os.close(self.uart)
+            self.uart = None
+
+    def get(self, name):
+        return read_file(self.iio + name).strip()
+
+    def number(self, name):
+        return int(self.get(name))
+
+    def set(self, name, value):
+        return head_rig.error_name(write_file, self.iio + name, str(value))
+
+    def sim(self, name):
+        return read_file(self.debugfs + name).strip()
+
+    def set_sim(self, name, value):
+        write_file(self.debugfs + name, str(value))
+
+    def sim_number(self, file, name):
+        """A line of a file of numbers."""
+        return int(dict(line.split(' ', 1) for line in self.sim(file).splitlines())[name])
+
+    def x_of(self, name):
+        return self.sim(name).split()[1]
+
+    def bad_frames(self):
+        """-> the counts of frames that the head calls erroneous, if they are not 0"""
+        found = ['%s: %s' % (name, line) for name in ('parity_errors', 'length_errors',
+                                                      'mode_errors')
+                 for line in self.sim(name).splitlines() if line.split()[1] != '0']
+        return found + ['short gaps'] * bool(self.sim_number('stats', 'short_gaps'))
+
+    def record(self, scans, changes=True):
+        """Keep what comes now, or what of it changes."""
+        self.set_sim('record', '%d%s' % (scans, ' changes' * changes))
+
+    def recorded(self):
+        """-> bytes, as they would be written"""
+        with open(self.debugfs + 'record.bin', 'rb', buffering=0) as file:
+            return file.read()
+
+    def start(self, axes=None, length=4096):
+        for axis in range(self.axes):
+            self.set('scan_elements/out_angl%d_en' % axis, int(axes is None or axis in axes))
+        self.set('buffer/length', length)
+        return self.set('buffer/enable', 1)
+
+    def stop(self):
+        return self.set('buffer/enable', 0)
+
+    def stop_and_close(self, fd):
+        """What was written is sent; an error is the end of the test."""
+        try:
+            write_file(self.iio + 'buffer/enable', '0')
+        finally:
+            os.close(fd)
+
+    def open(self, flags=0):
+        return os.open('/dev/' + os.path.basename(self.iio.rstrip('/')), os.O_WRONLY | flags)
+
+    def bind(self):
+        write_file(DRIVER + 'bind', self.device)
+
+    def unbind(self):
+        write_file(DRIVER + 'unbind', self.device)
+
+    def commands(self):
+        """-> [(code, name and axes), ...]"""
+        return [tuple(line.split(' ', 2)[1:]) for line in self.sim('commands').splitlines()]
+
+    def attach(self):
+        self.uart = os.open('/dev/ttyXY3SIM%d' % self.number_of_tty, os.O_RDWR | os.O_NOCTTY)
+        tty.setraw(self.uart)
+        head_rig.set_speed(self.uart, 115200)
+        fcntl.ioctl(self.uart, termios.TIOCSETD, struct.pack('i', head_rig.LDISC))
+        return wait(lambda: read_file(self.head + 'in_sync') == '1\n', 10)
+
+
+def write_all(fd, data, piece):
+    """In pieces whose size piece() gives."""
+    done = 0
+    data = memoryview(data)
+    while done < len(data):
+        done += os.write(fd, data[done:done + piece()])
+
+
+class Case(unittest.TestCase):
+    def sim(self, *arguments, **keywords):
+        load_sim(*arguments, **keywords)
+        self.addCleanup(unload_sim)
+
+    def forward(self, *arguments, **keywords):
+        """A virtual head, alone."""
+        self.sim(*arguments, **keywords)
+        forward = Forward()
+        self.addCleanup(forward.close)
+        return forward
