@@ -1,0 +1,332 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""Who writes a stream: with and without waiting, with poll(), two at once, killed, cut off; and the
+rate of the backchannel with a head that does not follow.
+"""
+
+import fcntl
+import os
+import select
+import signal
+import struct
+import sys
+import threading
+import time
+
+import forward_rig
+import head_rig
+import kernel
+import runner
+from forward_rig import Case, Forward
+from head_rig import polled
+from kernel import read_file, wait, write_file
+
+# the wire takes its time: 100 k scans in a second
+SLOW = 'realtime=1 max_speed_hz=2600000'
+IIO_BUFFER_GET_FD = 0xc0046991
+
+
+def scans(first, count, axes=3):
+    """Each is known by the first of its codes."""
+    return b''.join(struct.pack('<I', n) + bytes(4 * axes - 4)
+                    for n in range(first, first + count))
+
+
+class Writer(threading.Thread):
+    """Writes until it gets an error."""
+
+    def __init__(self, fd, piece):
+        super().__init__(daemon=True)
+        self.fd = fd
+        self.piece = piece
+        self.written = 0
+        self.error = None
+        self.start()
+
+    def run(self):
+        while self.error is None:
+            self.error = head_rig.error_name(self.write)
+
+    def write(self):
+        self.written += os.write(self.fd, self.piece)
+
+
+class Waiting(Case):
+    def check_record(self, forward, count):
+        got, want = forward.recorded(), scans(1, count)
+        self.assertEqual(len(got) // 12, count)
+        self.assertTrue(got == want)
+
+    def test_nobody_waits(self):
+        """A write that finds no room takes nothing; what was taken is sent."""
+        forward = self.forward(4, 'line', more=SLOW)
+        forward.record(100000)
+        forward.set('sampling_frequency', 20000)
+        self.assertIsNone(forward.start(length=1024))
+        fd = forward.open(os.O_NONBLOCK)
+        taken = refused = 0
+        while taken < 20000:
+            try:
+                written = os.write(fd, scans(taken + 1, 100))
+                self.assertEqual(written % 12, 0)
+                taken += written // 12
+            except BlockingIOError:
+                refused += 1
+                self.assertEqual(polled(fd, select.POLLOUT, 10), select.POLLOUT)
+        forward.stop_and_close(fd)
+        self.assertGreater(refused, 5)
+        self.check_record(forward, taken)
+
+    def test_no_room_no_event(self):
+        forward = self.forward(4, 'line', more=SLOW)
+        forward.set('sampling_frequency', 100)      # a block takes more than two seconds
+        self.assertIsNone(forward.start(length=1024))
+        fd = forward.open(os.O_NONBLOCK)
+        self.assertEqual(polled(fd, select.POLLOUT, 0), select.POLLOUT)
+        with self.assertRaises(BlockingIOError):
+            while True:
+                os.write(fd, bytes(12 * 256))
+        self.assertEqual(polled(fd, select.POLLOUT, 0), 0)
+        self.assertEqual(polled(fd, select.POLLOUT, 30), select.POLLOUT)
+        os.close(fd)
+
+    def test_all_that_was_written_is_sent(self):
+        """The buffer is disabled behind the last write, full as it is."""
+        forward = self.forward(4, 'line', more=SLOW)
+        for count in (1, 2, 255, 256, 257, 1023, 1024, 5000):
+            forward.record(10000)
+            self.assertIsNone(forward.start(length=1024))
+            fd = forward.open()
+            self.assertEqual(os.write(fd, scans(1, count)), 12 * count)
+            forward.stop_and_close(fd)
+            self.check_record(forward, count)
+            self.assertEqual(forward.x_of('positions'), str(count))
+
+    def test_a_part_of_a_scan(self):
+        """Who is told that it was wrong may write it all again: nothing has been sent."""
+        forward = self.forward(4, 'line')
+        forward.record(1000)
+        self.assertIsNone(forward.start())
+        fd = forward.open()
+        self.assertEqual(head_rig.error_name(os.write, fd, scans(1, 300) + b'more'), 'EINVAL')
+        self.assertEqual(os.write(fd, scans(1, 300)), 12 * 300)
+        forward.stop_and_close(fd)
+        self.check_record(forward, 300)
+
+    def test_signals(self):
+        """A write that a signal breaks off is tried again, and no scan goes out twice."""
+        forward = self.forward(4, 'line', more=SLOW)
+        forward.record(100000)
+        caught = []
+        before = signal.signal(signal.SIGALRM, lambda *_: caught.append(True))
+        self.addCleanup(signal.signal, signal.SIGALRM, before)
+        self.assertIsNone(forward.start(length=4096))
+        fd = forward.open()
+        signal.setitimer(signal.ITIMER_REAL, 0.003, 0.003)
+        try:
+            for first in range(1, 60001, 1500):
+                self.assertEqual(os.write(fd, scans(first, 1500)), 12 * 1500)
+        finally:
+            signal.setitimer(signal.ITIMER_REAL, 0)
+        forward.stop_and_close(fd)
+        self.assertGreater(len(caught), 20)
+        self.check_record(forward, 60000)
+
+
+class CutOff(Case):
+    def blocked(self, forward):
+        """-> (fd, a thread that waits in write())"""
+        self.assertIsNone(forward.start(length=1024))
+        fd = forward.open()
+        self.addCleanup(os.close, fd)
+        writer = Writer(fd, bytes(12 * 4000))
+        self.assertTrue(wait(lambda: writer.written > 12 * 20000))
+        return writer
+
+    def returned(self, writer):
+        writer.join(20)
+        self.assertFalse(writer.is_alive(), 'write() does not return')
+        return writer.error
+
+    def test_unbind(self):
+        forward = self.forward(4, 'line', more=SLOW)
+        for _ in range(5):
+            writer = self.blocked(forward)
+            forward.unbind()
+            # EINVAL: it has seen the end of the stream before the end of the device
+            self.assertIn(self.returned(writer), ('ENODEV', 'EINVAL'))
+            forward.bind()
+            forward.find()
+
+    def test_disabled(self):
+        forward = self.forward(4, 'line', more=SLOW)
+        writer = self.blocked(forward)
+        self.assertIsNone(forward.stop())
+        self.assertEqual(self.returned(writer), 'EINVAL')
+
+    def test_controller(self):
+        forward = self.forward(4, 'line', more=SLOW)
+        writer = self.blocked(forward)
+        forward.set_sim('faults/spi_error_in', 1)
+        self.assertEqual(self.returned(writer), 'EIO')
+        self.assertIsNone(forward.stop())
+
+    def test_killed(self):
+        """The device can be opened by one at a time: the next one can, and finds it in order."""
+        forward = self.forward(4, 'line', more=SLOW)
+        self.assertIsNone(forward.start(length=1024))
+        for round_ in range(1, 6):
+            child = os.fork()
+            if not child:
+                fd = forward.open()
+                while True:
+                    os.write(fd, scans(round_, 1) * 4000)
+            self.assertTrue(wait(lambda: forward.x_of('positions') == str(round_)))
+            os.kill(child, signal.SIGKILL)
+            self.assertEqual(os.waitpid(child, 0), (child, signal.SIGKILL))
+        fd = forward.open()
+        self.assertEqual(os.write(fd, scans(777, 1)), 12)
+        forward.stop_and_close(fd)
+        self.assertEqual(forward.x_of('positions'), '777')
+
+    def test_module_goes_before_the_buffer_is_closed(self):
+        """A descriptor of the buffer itself does not hold the module."""
+        forward = self.forward(4, 'line')
+        device = forward.open()
+        number = bytearray(4)
+        fcntl.ioctl(device, IIO_BUFFER_GET_FD, number)
+        fd = struct.unpack('i', number)[0]
+        os.close(device)
+        self.assertIsNone(forward.start())
+        self.assertEqual(os.write(fd, scans(1, 10)), 120)
+        kernel.unload_module('xy3_spi')
+        self.assertEqual(head_rig.error_name(os.write, fd, bytes(12)), 'ENODEV')
+        self.assertEqual(polled(fd, select.POLLOUT, 0), 0)
+        os.close(fd)
+        forward_rig.load_driver()
+        forward.find()
+        self.assertIsNone(forward.set('out_angl0_raw', 5))
+
+
+class TwoHeads(Case):
+    def test_streams(self):
+        """Each gets its own scans, whoever else writes."""
+        self.sim(4, 'line', more='heads=2')
+        both = [Forward(0), Forward(1)]
+        fds = []
+        for forward in both:
+            forward.record(30000)
+            self.assertIsNone(forward.start())
+            fds.append(forward.open())
+        for part in range(20):
+            for number, fd in enumerate(fds):
+                os.write(fd, scans(1 + number * 100000 + part * 1000, 1000))
+            write_file(both[part % 2].head + 'calibrate', 'x')
+        for number, (forward, fd) in enumerate(zip(both, fds)):
+            forward.stop_and_close(fd)
+            self.assertTrue(forward.recorded() == scans(1 + number * 100000, 20000))
+            self.assertEqual(forward.sim_number('stats', 'commands'), 10)
+            self.assertEqual(forward.bad_frames(), [])
+
+    def test_one_goes(self):
+        self.sim(4, 'line', more='heads=2')
+        one, other = Forward(0), Forward(1)
+        self.assertIsNone(other.start())
+        fd = other.open()
+        other.record(1000)
+        os.write(fd, scans(1, 300))
+        one.unbind()
+        self.assertEqual(head_rig.heads(), ['xy3-1'])
+        os.write(fd, scans(301, 300))
+        other.stop_and_close(fd)
+        self.assertTrue(other.recorded() == scans(1, 600))
+        one.bind()
+        self.assertEqual(head_rig.heads(), ['xy3-0', 'xy3-1'])
+
+
+class Rates(Case):
+    def in_sync(self, forward):
+        return wait(lambda: read_file(forward.head + 'in_sync') == '1\n')
+
+    def test_while_a_stream_runs(self):
+        """All of the five, several times, and the scans do not suffer."""
+        forward = self.forward(4, 'line')
+        self.assertTrue(forward.attach())
+        forward.record(100000)
+        self.assertIsNone(forward.start())
+        fd = forward.open()
+        first, commands = 1, 0
+        for rate in (57600, 921600, 115200, 230400, 460800) * 3:
+            os.write(fd, scans(first, 1000))
+            first += 1000
+            write_file(forward.head + 'rate', str(rate))
+            commands += 1
+            self.assertEqual(forward.sim('rate'), str(rate))
+            self.assertEqual(read_file(forward.head + 'rate'), '%d\n' % rate)
+            self.assertTrue(self.in_sync(forward), rate)
+        forward.stop_and_close(fd)
+        self.assertTrue(forward.recorded() == scans(1, first - 1))
+        self.assertEqual(forward.sim_number('stats', 'commands'), commands)
+        self.assertEqual(forward.bad_frames(), [])
+
+    def still(self, forward, rate, error):
+        """The rate cannot be changed, and all is as before."""
+        self.assertEqual(head_rig.error_name(write_file, forward.head + 'rate', str(rate)), error)
+        self.assertEqual(read_file(forward.head + 'rate'), '115200\n')
+        self.assertEqual(forward.sim('rate'), '115200')
+        self.assertTrue(self.in_sync(forward))
+
+    def not_understood(self, forward):
+        """The next command arrives with a wrong bit."""
+        forward.set_sim('faults/spi_flip_line', 2)      # X's
+        forward.set_sim('faults/spi_flip_clock', 10)    # one of the command's own
+        forward.set_sim('faults/spi_flip', 1)
+
+    def test_a_head_that_has_not_understood(self):
+        forward = self.forward(4, 'line')
+        self.assertTrue(forward.attach())
+        self.not_understood(forward)
+        self.still(forward, 230400, 'ETIMEDOUT')
+        write_file(forward.head + 'rate', '230400')
+        self.assertEqual(forward.sim('rate'), '230400')
+
+    def test_a_head_that_is_silent(self):
+        """It obeys, but is not heard: it is sent back."""
+        forward = self.forward(4, 'line')
+        self.assertTrue(forward.attach())
+        forward.set_sim('faults/uart_silence', 1 << 30)
+        began = time.monotonic()
+        self.assertEqual(head_rig.error_name(write_file, forward.head + 'rate', '57600'),
+                         'ETIMEDOUT')
+        self.assertLess(time.monotonic() - began, 60)
+        forward.set_sim('faults/uart_silence', 0)
+        codes = [code for code, *_ in forward.commands()]
+        self.assertEqual(len(codes), 2)
+        self.still(forward, 1200, 'EINVAL')
+
+    def test_by_the_tty(self):
+        forward = self.forward(4, 'line')
+        self.assertTrue(forward.attach())
+        self.not_understood(forward)
+        head_rig.run('stty', '-F', '/dev/xy3-0', '460800')
+        self.assertEqual(head_rig.run('stty', '-F', '/dev/xy3-0', 'speed'), (0, '115200\n'))
+        self.assertEqual(head_rig.run('stty', '-F', '/dev/xy3-0', '460800'), (0, ''))
+        self.assertEqual(head_rig.run('stty', '-F', '/dev/xy3-0', 'speed'), (0, '460800\n'))
+
+    def test_controller_error(self):
+        """The command could not be sent: the UART is not moved."""
+        forward = self.forward(4, 'line')
+        self.assertTrue(forward.attach())
+        forward.set_sim('faults/spi_error_in', 1)
+        self.still(forward, 921600, 'EIO')
+
+
+def setUpModule():
+    forward_rig.load()
+
+
+def tearDownModule():
+    forward_rig.unload()
+
+
+if __name__ == '__main__':
+    sys.exit(runner.main())
