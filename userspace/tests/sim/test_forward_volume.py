@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""Millions of scans in a closed loop: none is lost, none comes twice, all are in order.
+
+The scans are random, so that each is known by what it is. They are written as a program would, in
+pieces of all sizes, with commands in between, and compared byte for byte with what the virtual head
+has decoded.
+"""
+
+import random
+import struct
+import sys
+import time
+
+import forward_rig
+import runner
+from forward_rig import ARRANGEMENTS, Case, write_all
+from kernel import write_file
+
+LINE_SCANS = 2000000        # for each number of lines and bits: where SYNC is a line,
+CS_SCANS = 300000           # and where it is the chip select
+ROUND = 300000              # scans that are kept at a time
+# which bits of a code's bytes are used
+MASKS = {24: (0xff, 0xff, 0x0f, 0), 32: (0xff, 0xff, 0xff, 0x03)}
+
+
+def table(clear, put=0):
+    """For bytes.translate(): without some bits, and with others."""
+    return bytes(byte & ~clear & 0xff | put for byte in range(256))
+
+
+def random_scans(dice, count, axes, bits):
+    """Bytes of scans; a scan is never the same as the one before."""
+    data = bytearray(4 * axes * count)
+    for place, mask in enumerate(MASKS[bits]):
+        data[place::4] = dice.randbytes(axes * count).translate(table(~mask))
+    one = 4 * axes
+    for first, bit in ((0, 0), (one, 1)):
+        data[first::2 * one] = data[first::2 * one].translate(table(1, bit))
+    return bytes(data)
+
+
+class Volume(Case):
+    def difference(self, forward, got, want):
+        """-> where the record and what was written part, in words"""
+        one = 4 * forward.axes
+        words = ['%d scans recorded, %d written' % (len(got) // one, len(want) // one)]
+        for at in range(0, min(len(got), len(want)), one):
+            if got[at:at + one] != want[at:at + one]:
+                codes = [struct.unpack('<%dI' % forward.axes, data[at:at + one])
+                         for data in (got, want)]
+                words.append('scan %d is %s, not %s' % (at // one, *codes))
+                break
+        return ', '.join(words)
+
+    def one_round(self, forward, dice, bits, scans):
+        data = random_scans(dice, scans, forward.axes, bits)
+        one = 4 * forward.axes
+        sent = forward.number('scans')
+        repeated, commands = forward.number('repeated'), forward.number('commands')
+        received = forward.sim_number('stats', 'scans')
+        forward.record(scans + 1)
+        self.assertIsNone(forward.start())
+        fd = forward.open()
+        for at in range(0, len(data), len(data) // 4):
+            write_all(fd, data[at:at + len(data) // 4],
+                      lambda: one * dice.choice((1, 255, 257, 4000, 20000, 20000, 100000)))
+            write_file(forward.head + 'calibrate', 'x')
+        forward.stop_and_close(fd)
+        got = forward.recorded()
+        if got != data:     # not assertEqual(): it would print both
+            self.fail(self.difference(forward, got, data))
+        # what came twice in a row is not in the record, but the head has counted it
+        repeated = forward.number('repeated') - repeated
+        commands = forward.number('commands') - commands
+        self.assertEqual(forward.sim_number('stats', 'scans') - received, scans + repeated)
+        self.assertEqual(forward.number('scans') - sent, scans + repeated + commands)
+        return commands
+
+    def check(self, lines, framing, cs_word, bits, scans):
+        forward = self.forward(lines, framing, cs_word)
+        self.assertIsNone(forward.set('frame_bits', bits))
+        dice = random.Random('%d %s %d %d' % (lines, framing, cs_word, bits))
+        began, commands, done = time.monotonic(), 0, 0
+        while done < scans:
+            part = min(ROUND, scans - done)
+            commands += self.one_round(forward, dice, bits, part)
+            done += part
+        self.assertEqual(forward.bad_frames(), [])
+        self.assertEqual(forward.sim_number('stats', 'commands'), commands)
+        self.assertGreater(commands, 0)
+        self.assertEqual(forward.number('bus_errors'), 0)
+        print('    %d scans and %d commands, %d scans repeated, %.0f s'
+              % (scans, commands, forward.number('repeated'), time.monotonic() - began))
+
+
+def volume_case(lines, framing, cs_word, bits):
+    def test(self):
+        self.check(lines, framing, cs_word, bits, LINE_SCANS if framing == 'line' else CS_SCANS)
+    return test
+
+
+for _lines, _framing, _cs_word in ARRANGEMENTS:
+    for _bits in (24, 32):
+        _name = 'test_%d_lines_%s%s_%d_bits' % (_lines, _framing, '_words' * _cs_word, _bits)
+        setattr(Volume, _name, volume_case(_lines, _framing, _cs_word, _bits))
+
+
+def setUpModule():
+    forward_rig.load()
+
+
+def tearDownModule():
+    forward_rig.unload()
+
+
+if __name__ == '__main__':
+    sys.exit(runner.main())
