@@ -17,12 +17,12 @@ ENOUGH = 5000               # nothing here allocates more often than that
 ALL_CODE = (0, (1 << 64) - 1)
 
 
-def setup_failslab(start=ALL_CODE[0], end=ALL_CODE[1]):
+def setup_failslab(start=ALL_CODE[0], end=ALL_CODE[1], spared='__vmalloc_node_range_noprof'):
     """start, end: only allocations whose call path goes through this piece of code may fail.
 
-    Never those of vmalloc(), which prints a call trace when it fails.
+    spared: but not through this function. vmalloc() prints a call trace when it fails.
     """
-    spared = function_range('__vmalloc_node_range_noprof')
+    spared = function_range(spared)
     for name, value in (('probability', '0'), ('ignore-gfp-wait', 'N'), ('verbose', '0'),
                         ('times', '-1'), ('stacktrace-depth', '32'),
                         ('require-start', '%#x' % start), ('require-end', '%#x' % end),

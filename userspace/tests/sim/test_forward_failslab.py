@@ -1,0 +1,178 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""Each allocation of the forward channel fails once: bind, unbind, line map, buffer, positions.
+
+For n = 1, 2, 3, ... the n-th allocation of a call fails, until there is no n-th one any more. The
+call works or fails cleanly; what was there before is there again, and the next try works.
+"""
+
+import glob
+import os
+import struct
+import sys
+
+import forward_rig
+import head_rig
+import runner
+from failslab import module_range, setup_failslab, walk
+from forward_rig import Case
+from kernel import read_file, wait, write_file
+
+
+class Walk(Case):
+    def setUp(self):
+        # where it fails without a word, and yet is undone when the IIO device goes
+        setup_failslab(spared='software_node_notify')
+        self.calls = 0
+
+    def report(self, what, count, outcomes):
+        print('    %s: %d allocations failed: %s' % (what, count, ', '.join(
+            '%s %d' % item for item in sorted(outcomes.items()))))
+
+    def works(self, forward):
+        """All of it, with memory: a position, a command, a stream."""
+        forward.find()
+        self.calls += 1
+        self.assertIsNone(forward.set('out_angl0_raw', self.calls))
+        self.assertEqual(forward.x_of('positions'), str(self.calls))
+        commands = forward.sim_number('stats', 'commands')
+        write_file(forward.head + 'calibrate', 'x')
+        self.assertTrue(wait(lambda: forward.sim_number('stats', 'commands') == commands + 1))
+        data = struct.pack('<%dI' % (600 * forward.axes), *range(600 * forward.axes))
+        forward.record(601)
+        self.assertIsNone(forward.start())
+        fd = forward.open()
+        os.write(fd, data)
+        forward.stop_and_close(fd)
+        self.assertEqual(forward.recorded(), data)
+
+    def test_bind(self):
+        forward = self.forward(2, 'cs')
+        forward.unbind()
+        bound = []
+
+        def after(failure):
+            there = failure is None
+            self.assertEqual(len(head_rig.heads()), int(there), failure)
+            self.assertEqual(len(glob.glob(forward.spi + 'iio:device*')), int(there), failure)
+            self.assertEqual(len(glob.glob('/dev/iio:device*')), int(there), failure)
+            self.assertEqual(os.path.exists(forward.spi + 'driver'), there)
+            if there:
+                bound.append(True)
+                if len(bound) % 64 == 1:        # it takes longer than the walk itself
+                    self.works(forward)
+                forward.unbind()
+
+        count, outcomes = walk(forward.bind, after)
+        self.report('bind', count, outcomes)
+        self.assertGreater(count, 200)
+        self.assertGreater(outcomes.get('ENOMEM', 0), 100)
+        forward.bind()
+        self.works(forward)
+
+    def test_unbind(self):
+        """Going away must not need memory, whatever runs. (What is written to sysfs does.)"""
+        forward = self.forward(4, 'line')
+        setup_failslab(*module_range('xy3_spi'))
+        fds = []
+
+        def come():
+            self.assertIsNone(forward.start())
+            fds.append(forward.open())
+            os.write(fds[0], bytes(12 * 1000))
+
+        def after(failure):
+            self.assertIsNone(failure)
+            self.assertEqual(head_rig.error_name(os.write, fds[0], bytes(12)), 'ENODEV')
+            os.close(fds.pop())
+            self.assertEqual(head_rig.heads(), [])
+            forward.bind()
+            forward.find()
+            come()
+
+        come()
+        count, outcomes = walk(forward.unbind, after)
+        self.report('unbind', count, outcomes)
+        forward.stop_and_close(fds.pop())
+        self.works(forward)
+
+    def test_line_map(self):
+        """The new one, or the one that was there."""
+        forward = self.forward(2, 'cs')
+        path = forward.spi + 'line_map'
+        old, new = 'x y\n', 'x -\n'
+
+        def after(failure):
+            self.assertEqual(read_file(path), old if failure else new)
+            forward.find()
+            self.assertEqual(forward.axes, 2 if failure else 1)
+            self.assertIsNone(forward.set('out_angl0_raw', 5))
+            write_file(path, old)
+
+        count, outcomes = walk(lambda: write_file(path, new), after)
+        self.report('line map', count, outcomes)
+        self.assertGreater(outcomes.get('ENOMEM', 0), 50)
+        self.works(forward)
+
+    def test_buffer(self):
+        forward = self.forward(8, 'cs')
+        self.assertIsNone(forward.start(length=2000))
+        self.assertIsNone(forward.stop())
+
+        def after(failure):
+            self.assertEqual(forward.get('buffer/enable'), '0' if failure else '1')
+            if failure:
+                self.assertIsNone(forward.set('out_angl0_raw', 7))
+            else:
+                self.assertIsNone(forward.stop())
+
+        count, outcomes = walk(lambda: write_file(forward.iio + 'buffer/enable', '1'), after)
+        self.report('buffer', count, outcomes)
+        self.assertGreater(outcomes.get('ENOMEM', 0), 20)
+        self.works(forward)
+
+    def test_position(self):
+        forward = self.forward(4, 'cs')
+        self.assertIsNone(forward.set('out_angl0_raw', 1))
+
+        def after(failure):
+            code = '1' if failure else '2'
+            self.assertEqual(forward.get('out_angl0_raw'), code)
+            self.assertEqual(forward.x_of('positions'), code)
+            self.assertIsNone(forward.set('out_angl0_raw', 1))
+
+        count, outcomes = walk(lambda: write_file(forward.iio + 'out_angl0_raw', '2'), after)
+        self.report('position', count, outcomes)
+        self.assertGreater(outcomes.get('ENOMEM', 0), 1)
+        self.works(forward)
+
+    def test_stream(self):
+        """A stream that runs, and commands, need no memory at all: nothing is there to fail."""
+        forward = self.forward(4, 'line')
+        setup_failslab(*module_range('xy3_spi'))
+        self.assertIsNone(forward.start())
+        fd = forward.open()
+        data = bytes(12 * 3000)
+        command = os.open(forward.head + 'calibrate', os.O_WRONLY)
+        os.write(fd, data)                  # a first time, for what is made once
+
+        def attempt():
+            self.assertEqual(os.write(fd, data), len(data))
+            self.assertEqual(os.pwrite(command, b'x', 0), 1)
+
+        count, outcomes = walk(attempt, self.assertIsNone)
+        self.assertEqual((count, outcomes), (0, {}))
+        os.close(command)
+        forward.stop_and_close(fd)
+        self.works(forward)
+
+
+def setUpModule():
+    forward_rig.load()
+
+
+def tearDownModule():
+    forward_rig.unload()
+
+
+if __name__ == '__main__':
+    sys.exit(runner.main())
