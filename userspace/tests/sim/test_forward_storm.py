@@ -1,0 +1,247 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""Everything that can be done to a forward channel, at once: streams, commands, settings, rates,
+and the driver taken from the device and given back.
+
+What is looked for is in the verdict: no report of KASAN, lockdep or any other checker, no leak.
+The tests themselves make sure that things did happen, and that all works when it is over.
+"""
+
+import errno
+import glob
+import os
+import random
+import select
+import struct
+import sys
+import threading
+import time
+
+import forward_rig
+import head_rig
+import runner
+from forward_rig import Case
+from head_rig import wire
+from kernel import read_file, wait, write_file
+
+SECONDS = 5             # of a storm, at least
+LEAST = 5               # how often each of its doings must have gone well
+PAUSE = 0.002           # of each thread between two doings: there is one processor only
+RATES = wire.RATES
+# what may happen to somebody whose device goes, or is used by others
+FAIR = {errno.ENODEV, errno.ENOENT, errno.ENXIO, errno.EBUSY, errno.EINVAL, errno.EAGAIN,
+        errno.EIO, errno.ETIMEDOUT, errno.ERANGE, errno.EPERM}
+
+
+class Crowd:
+    """Threads, each with a thing to do again and again, until told to stop."""
+
+    def __init__(self, *works):
+        self.stop = threading.Event()
+        self.done = {work.__name__: 0 for work in works}
+        self.strange = []
+        self.threads = [threading.Thread(target=self._run, args=(work,), daemon=True,
+                                         name=work.__name__) for work in works]
+
+    def _run(self, work):
+        dice = random.Random(work.__name__)
+        while not self.stop.is_set():
+            try:
+                work(dice)
+                self.done[work.__name__] += 1
+            except OSError as error:
+                if error.errno not in FAIR:
+                    self.strange.append('%s: %s' % (work.__name__, error))
+            time.sleep(PAUSE)
+
+    def __enter__(self):
+        for thread in self.threads:
+            thread.start()
+        return self
+
+    def __exit__(self, *_):
+        self.stop.set()
+        for thread in self.threads:
+            thread.join(60)
+            if thread.is_alive():
+                self.strange.append('%s hangs' % thread.name)
+
+    def all_done(self):
+        return min(self.done.values()) >= LEAST
+
+
+class Storm(Case):
+    def setUp(self):
+        self.head = None
+
+    def device(self):
+        found = glob.glob('/sys/bus/iio/devices/iio:device*')
+        if not found:
+            raise FileNotFoundError(errno.ENOENT, 'no IIO device')
+        return found[0] + '/'
+
+    def open(self, flags=0):
+        return os.open('/dev/' + os.path.basename(self.device()[:-1]), os.O_WRONLY | flags)
+
+    # ---- what the crowd does ----
+
+    def writes(self, dice):
+        fd = self.open()
+        try:
+            os.write(fd, dice.randbytes(12 * dice.choice((1, 100, 256, 3000))))
+        finally:
+            os.close(fd)
+
+    def polls(self, dice):
+        fd = self.open(os.O_NONBLOCK)
+        try:
+            head_rig.polled(fd, select.POLLOUT, 0.01)
+            os.write(fd, dice.randbytes(12 * 200))
+        finally:
+            os.close(fd)
+
+    def enables(self, dice):
+        device = self.device()
+        for axis in range(len(glob.glob(device + 'out_angl*_raw'))):
+            if not dice.randrange(10):
+                write_file(device + 'scan_elements/out_angl%d_en' % axis,
+                           str(dice.randrange(2)))
+        if dice.randrange(2):
+            write_file(device + 'buffer/length', str(dice.choice((2, 1000, 5000))))
+        write_file(device + 'buffer/enable', '1')
+
+    def disables(self, dice):
+        time.sleep(dice.random() / 10)
+        write_file(self.device() + 'buffer/enable', '0')
+
+    def moves(self, dice):
+        write_file(self.device() + 'out_angl%d_raw' % dice.randrange(3),
+                   str(dice.randrange(1 << 20)))
+
+    def sets(self, dice):
+        name, value = dice.choice((('frame_bits', 24), ('frame_bits', 32),
+                                   ('sampling_frequency', 50000),
+                                   ('sampling_frequency', 100000)))
+        write_file(self.device() + name, str(value))
+
+    def maps(self, dice):
+        time.sleep(dice.random() / 5)
+        write_file(self.head.spi + 'line_map', dice.choice(('sync x y z', 'sync x - y',
+                                                            'sync z y x')))
+
+    def reads(self, dice):
+        device = self.device()
+        for name in ('out_angl0_raw', 'scans', 'underruns', 'achieved_frequency', 'frame_bits',
+                     'sampling_frequency', 'out_angl1_label', 'buffer/data_available'):
+            if dice.randrange(2):
+                read_file(device + name)
+        read_file(self.head.spi + 'line_map')
+
+    def commands(self, dice):
+        if dice.randrange(2):
+            write_file(self.head.head + dice.choice(('calibrate', 'reference')), 'x')
+            return
+        fd = os.open('/dev/xy3-0', os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+        try:
+            os.write(fd, wire.command_frame('calibrate', 'x', 32) * dice.randrange(1, 30))
+        finally:
+            os.close(fd)
+
+    def rates(self, dice):
+        write_file(self.head.head + 'rate', str(dice.choice(RATES)))
+
+    def rebinds(self, dice):
+        time.sleep(dice.random() / 5)
+        self.head.unbind()
+        time.sleep(dice.random() / 50)
+        self.head.bind()
+
+    def errors(self, dice):
+        time.sleep(0.05)
+        self.head.set_sim('faults/spi_error_in', dice.randrange(1, 5))
+
+    # ---- the storms ----
+
+    def calm(self, forward):
+        """When it is over, a stream arrives."""
+        forward.set_sim('faults/spi_error_in', 0)
+        head_rig.error_name(forward.bind)       # it may be without
+        forward.find()
+        forward.stop()
+        write_file(forward.spi + 'line_map', 'sync x y z')
+        forward.find()
+        self.assertIsNone(forward.set('frame_bits', 24))
+        forward.set_sim('reset', 'power')
+        forward.record(2001)
+        self.assertIsNone(forward.start())
+        fd = forward.open()
+        data = struct.pack('<6000I', *range(6000))
+        os.write(fd, data)
+        forward.stop_and_close(fd)
+        self.assertTrue(forward.recorded() == data)
+        self.assertEqual(forward.bad_frames(), [])
+
+    def storm(self, forward, *works):
+        self.head = forward
+        with Crowd(*works) as crowd:
+            time.sleep(SECONDS)
+            wait(crowd.all_done, 100)
+        print('    ' + ', '.join('%s %d' % item for item in sorted(crowd.done.items())))
+        self.assertEqual(crowd.strange, [])
+        self.assertTrue(crowd.all_done())
+        self.calm(forward)
+
+    def test_streams_and_commands(self):
+        """The device stays: nothing that goes over the wire is ever wrong."""
+        forward = self.forward(4, 'line')
+        self.assertTrue(forward.attach())
+        self.storm(forward, self.writes, self.polls, self.enables, self.disables, self.moves,
+                   self.sets, self.reads, self.commands, self.rates)
+
+    def test_line_maps(self):
+        forward = self.forward(4, 'line')
+        self.storm(forward, self.writes, self.enables, self.disables, self.maps, self.sets,
+                   self.reads, self.commands, self.moves)
+
+    def test_unbind(self):
+        forward = self.forward(4, 'line')
+        self.assertTrue(forward.attach())
+        self.storm(forward, self.writes, self.polls, self.enables, self.disables, self.moves,
+                   self.sets, self.maps, self.reads, self.commands, self.rates, self.rebinds)
+
+    def test_on_a_slow_wire(self):
+        """With messages on their way when things happen, and errors of the controller."""
+        forward = self.forward(4, 'line', more='realtime=1')
+        self.storm(forward, self.writes, self.polls, self.enables, self.disables, self.moves,
+                   self.sets, self.reads, self.commands, self.rebinds, self.errors)
+
+    def test_enabled_and_disabled(self):
+        """By two at once, while somebody writes all the time."""
+        forward = self.forward(4, 'line', more='realtime=1')
+        self.assertIsNone(forward.start())
+        self.storm(forward, self.writes, self.enables, self.disables)
+
+    def test_module_goes(self):
+        """The controller goes with all in flight."""
+        for round_ in range(5):
+            forward_rig.load_sim(4, 'line', more='realtime=%d' % (round_ % 2))
+            self.head = forward_rig.Forward()
+            self.assertIsNone(self.head.start())
+            with Crowd(self.writes, self.commands, self.enables, self.disables,
+                       self.reads) as crowd:
+                sent = wait(lambda: int(read_file(self.device() + 'scans')) > 5000, 30)
+                forward_rig.unload_sim()
+            self.assertTrue(sent)
+            self.assertEqual(crowd.strange, [])
+            self.assertEqual(head_rig.heads(), [])
+
+
+def setUpModule():
+    forward_rig.load()
+
+
+def tearDownModule():
+    forward_rig.unload()
+
+
+if __name__ == '__main__':
+    sys.exit(runner.main())
