@@ -3,7 +3,8 @@
 
 from dataclasses import dataclass
 
-HOST, KERNEL, SIM = range(3)
+# Where a test notices; a leak is noticed in the run of SIM, by the kernel's scan for leaks alone
+HOST, KERNEL, SIM, LEAK = range(4)
 
 
 @dataclass

@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""What is broken in the scanhead's forward channel: the codec in xy3, and xy3-spi.
+
+'rate set before the command' is with the backchannel, in scanhead.py.
+"""
+
+from . import LEAK, SIM, Driver, Mutation
+
+MUTATIONS = (
+    Mutation('parity mask', 'xy3-frame.h',
+             '(hweight32(data) & XY3_FRAME32_PARITY)',
+             '(hweight32(data) & XY3_FRAME24_PARITY)'),
+    Mutation('26-bit code cut to 20', 'xy3-frame.h',
+             'data &= XY3_CODE32_MAX;',
+             'data &= XY3_CODE24_MAX;'),
+    Mutation('swapped lines', 'xy3-lines.c',
+             'map->axis_line[map->axes++] = line;',
+             'map->axis_line[map->axes++] = line ^ (lines > 1);'),
+    Mutation('highest line not most significant', 'xy3-lines.c',
+             'map->axis_line[map->axes++] = line;',
+             'map->axis_line[map->axes++] = lines - 1 - line;'),
+    Mutation('SYNC gap one clock short', 'xy3-lines.c',
+             '#define XY3_GAP4\t0x11',
+             '#define XY3_GAP4\t0x01'),
+    Mutation('SYNC gap one clock short on 8 lines', 'xy3-lines.c',
+             '\t} else {\n\t\t*out++ = XY3_GAP8 << sync_line;\n',
+             '\t} else {\n\t\t*out++ = 0;\n'),
+    Mutation('command on all lines', 'xy3-lines.c',
+             '\txy3_add_frame(&clocks, map->lines, map->frame_bits, map->axis_line[0], frame);',
+             '\tfor (unsigned int i = 0; i < map->axes; i++)\n'
+             '\t\txy3_add_frame(&clocks, map->lines, map->frame_bits, map->axis_line[i], frame);'),
+    Mutation('bits over a code reach the frame', 'xy3-frame.h',
+             'data &= XY3_CODE24_MAX;',
+             ''),
+    Mutation('a signal on two lines', 'xy3-lines.c',
+             '\t\tif (found >= 0)\n\t\t\treturn -EINVAL;\n',
+             ''),
+    Mutation('SYNC over two lines', 'xy3-lines.c',
+             'line < -1 || (line >= 0 && !xy3_default_signals(lines, true))',
+             'line < -1'),
+    Mutation('wrong byte order on the wire', 'xy3-lines.c',
+             'put_unaligned_be32(bits, out);',
+             'put_unaligned_le32(bits, out);'),
+    # xy3-spi's
+    Mutation('lost last scan', 'spi/xy3-stream.c',
+             'stream->running = false;\n',
+             'stream->running = false;\n'
+             '\t\tif (stream->filling && stream->filling->scans > 1)\n'
+             '\t\t\tstream->filling->scans--;\n', SIM),
+    Mutation('repeated block', 'spi/xy3-stream.c',
+             '\t\txy3_block_recycle(block);\n\t\txy3_pump(stream, true);',
+             '\t\tif (block->scans == XY3_BLOCK_SCANS && stream->stat[XY3_SCANS] % 7 == 0)\n'
+             '\t\t\tlist_add(&block->node, &stream->full);\n'
+             '\t\telse\n'
+             '\t\t\txy3_block_recycle(block);\n\t\txy3_pump(stream, true);', SIM),
+    Mutation('command inside a block', 'spi/xy3-stream.c',
+             '\tstream->command_busy = true;\n',
+             '\tif (!list_empty(&stream->full) && !stream->word_is_scan) {\n'
+             '\t\tblock = list_first_entry(&stream->full, struct xy3_block, node);\n'
+             '\t\txy3_encode_command_scan(&stream->map, command,\n'
+             '\t\t\t\t\tblock->data + xy3_stream_scan_size(stream));\n'
+             '\t\treturn NULL;\n'
+             '\t}\n'
+             '\tstream->command_busy = true;\n', SIM),
+    Mutation('underrun not counted', 'spi/xy3-stream.c',
+             'stream->stat[XY3_UNDERRUNS]++;',
+             ';', SIM),
+    Mutation('unbind leak', 'spi/xy3-stream.c',
+             '\txy3_blocks_free(&stream->spare);\n',
+             '', LEAK),
+    # beyond the list of the ten
+    Mutation('what is repeated is not the last scan', 'spi/xy3-stream.c',
+             'memcpy(stream->last, block->data + (block->scans - 1) * size, size);',
+             'memcpy(stream->last, block->data, size);', SIM),
+    Mutation('high bits not counted', 'spi/xy3-buffer.c',
+             'masked += code > max;',
+             'masked = 0;', SIM),
+)
+
+DRIVER = Driver(
+    sources='drivers/xy3',
+    host={'xy3_frame_codec_test': 'xy3_frame', 'xy3_lines_codec_test': 'xy3_lines'},
+    kernel=('xy3_frame', 'xy3_lines'),
+    sim='forward',
+    mutations=MUTATIONS,
+)
