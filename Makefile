@@ -51,7 +51,7 @@ help:
 	@echo '    check-sim          the whole stack in that kernel, with virtual pendants'
 	@echo '    check-stock        DKMS and the whole stack on stock Debian kernels (QEMU)'
 	@echo '    lint               compilers, sparse, checkpatch, documents against code'
-	@echo '  sudo make bench    how quick the codecs are, against others'
+	@echo '  sudo make bench    how quick codecs and forward channel are, against others'
 	@echo '  sudo make mutate   break the code on purpose: is it noticed?'
 
 # The virtual devices: each a program, a package in python with - as _, and a manual page
@@ -146,3 +146,4 @@ mutate:
 
 bench:
 	kunit/host/bench/run
+	kunit/uml/bench/run

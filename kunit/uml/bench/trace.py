@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""What the kernel's tracepoints tell: who had the processor, and when the SPI controller was given
+its messages. User Mode Linux counts processor time in ticks of 10 ms, far too roughly.
+"""
+import re
+from collections import defaultdict
+from pathlib import Path
+
+TRACING = Path('/sys/kernel/tracing')
+EVENTS = ('sched/sched_switch', 'spi/spi_message_submit', 'spi/spi_message_start',
+          'spi/spi_message_done')
+BUFFER_KB = 65536
+
+LINE = re.compile(r' (\d+)\.(\d{6}): (\w+): (.*)')
+SWITCH = re.compile(r'prev_pid=(\d+) .* next_pid=(\d+) ')
+DONE = re.compile(r' len=(\d+)/')
+
+
+def write(name, text):
+    (TRACING / name).write_text(text, encoding='ascii')
+
+
+def start():
+    write('tracing_on', '0')
+    write('trace_clock', 'mono')
+    write('buffer_size_kb', str(BUFFER_KB))
+    for event in EVENTS:
+        write(f'events/{event}/enable', '1')
+    write('trace', '')
+    write('tracing_on', '1')
+
+
+def stop():
+    """-> [(time in us, event, what it says), ...]"""
+    write('tracing_on', '0')
+    for event in EVENTS:
+        write(f'events/{event}/enable', '0')
+    stats = (TRACING / 'per_cpu/cpu0/stats').read_text(encoding='ascii')
+    if int(re.search(r'^overrun: (\d+)', stats, re.MULTILINE).group(1)):
+        raise RuntimeError('the trace is too long for its buffer')
+    found = []
+    with open(TRACING / 'trace', encoding='ascii') as lines:
+        for line in lines:
+            match = LINE.search(line)
+            if match:
+                seconds, usec, event, text = match.groups()
+                found.append((int(seconds) * 1000000 + int(usec), event, text))
+    write('trace', '')
+    return found
+
+
+def shares(trace):
+    """By process id, the part of the time for which it had the processor; 0 is nobody."""
+    had = defaultdict(int)
+    since = None
+    for time, event, text in trace:
+        if event != 'sched_switch':
+            continue
+        before, _ = SWITCH.search(text).groups()
+        if since is not None:
+            had[int(before)] += time - since
+        else:
+            first = time
+        since = time
+    return {pid: time / (since - first) for pid, time in had.items()}
+
+
+def lasted(trace):
+    """From the start of the first message to the end of the last one, in seconds."""
+    start = next(time for time, event, _ in trace if event == 'spi_message_start')
+    done = next(time for time, event, _ in reversed(trace) if event == 'spi_message_done')
+    return (done - start) / 1e6
+
+
+def leads(trace, usec):
+    """How long before the end of all that the controller had it was given each next message, in us;
+    negative: it had nothing to send for so long, had its wire not waited for the processor as well.
+    usec() says how long so many bytes take.
+    """
+    given, found = [], []
+    until, done = None, 0
+    for time, event, text in trace:
+        if event == 'spi_message_submit':
+            given.append((time, done == len(given)))
+        elif event == 'spi_message_start' and until is None:
+            until = time
+        elif event == 'spi_message_done':
+            submitted, was_idle = given[done]
+            found.append(until - submitted)
+            if was_idle:    # the wire starts anew with this one
+                until = max(until, submitted)
+            until += usec(int(DONE.search(text).group(1)))
+            done += 1
+    if not found or len(found) != len(given):
+        raise RuntimeError(f'{len(given)} messages given, {len(found)} done')
+    return found[1:]
