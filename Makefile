@@ -20,8 +20,9 @@ LLVM ?= 1
 export LLVM
 endif
 
-.PHONY: all modules clean help install uninstall install-files uninstall-files demo mutate \
-	lib install-lib uninstall-lib bench check check-host check-kunit check-sim check-stock lint
+.PHONY: all modules clean help install uninstall install-files uninstall-files demo demo-scanhead \
+	lib install-lib uninstall-lib mutate bench check check-host check-kunit check-sim \
+	check-stock lint
 
 all: modules
 
@@ -43,8 +44,9 @@ help:
 	@echo '  sudo make uninstall  take all of it away again'
 	@echo '  make lib           libxy3 for programs in C, in build/libxy3; install-lib installs it'
 	@echo '  make clean         remove what was built here'
-	@echo 'Try and test (need no pendant, never touch the running kernel):'
+	@echo 'Try and test (need no device, never touch the running kernel):'
 	@echo '  sudo make demo     a virtual pendant in a virtual machine'
+	@echo '  sudo make demo-scanhead  a virtual scanhead, which draws what it receives'
 	@echo '  sudo make check    all levels of tests:'
 	@echo '    check-host         codecs, on this machine, under sanitizers'
 	@echo '    check-kunit        codecs and driver in a debugging kernel (User Mode Linux)'
@@ -121,7 +123,10 @@ ifeq ($(DESTDIR),)
 endif
 
 demo:
-	userspace/demo/run
+	userspace/demo/pendant/run
+
+demo-scanhead:
+	userspace/demo/scanhead/run
 
 check:
 	.ci/check

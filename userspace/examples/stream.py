@@ -1,0 +1,77 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-only
+"""stream.py [-r RATE] [DEVICE]: stream positions to a scanhead, by its IIO buffer.
+
+Standard input has a position a line: for each axis a number from -1 to 1, X first. Axes that a line
+leaves out are in the middle. DEVICE is iio:device<n>; without it the first that is a scanhead.
+"""
+
+import argparse
+import glob
+import os
+import struct
+import sys
+
+DEVICES = '/sys/bus/iio/devices'
+CODE_BITS = {24: 20, 32: 26}        # by bits of a frame
+
+
+class Scanhead:
+    def __init__(self, device):
+        self.folder = os.path.join(DEVICES, device)
+        self.node = os.path.join('/dev', device)
+        self.axes = len(glob.glob(self.folder + '/out_angl*_raw'))
+        self.highest = (1 << CODE_BITS[self.get('frame_bits')]) - 1
+
+    def get(self, name):
+        with open(os.path.join(self.folder, name), encoding='ascii') as file:
+            return int(file.read())
+
+    def set(self, name, value):
+        with open(os.path.join(self.folder, name), 'w', encoding='ascii') as file:
+            file.write(str(value))
+
+    def scan(self, position):
+        """Bytes: a number of 32 bits for each axis."""
+        position = (position + [0.0] * self.axes)[:self.axes]
+        return struct.pack('<%dI' % self.axes,
+                           *(round((place + 1) / 2 * self.highest) for place in position))
+
+    def stream(self, data):
+        for axis in range(self.axes):
+            self.set('scan_elements/out_angl%d_en' % axis, 1)
+        self.set('buffer/length', 4096)
+        self.set('buffer/enable', 1)
+        try:
+            with open(self.node, 'wb', buffering=0) as node:
+                while data:
+                    data = data[node.write(data):]
+        finally:
+            self.set('buffer/enable', 0)    # returns when the last scan has been sent
+
+
+def find():
+    """The first scanhead's name."""
+    for path in sorted(glob.glob(DEVICES + '/iio:device*/name')):
+        with open(path, encoding='ascii') as file:
+            if file.read() == 'xy3-100\n':
+                return path.split('/')[-2]
+    sys.exit('stream.py: no scanhead: is xy3-spi loaded, and bound to an SPI device?')
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument('-r', '--rate', type=int, help='frames per second')
+    parser.add_argument('device', nargs='?', metavar='DEVICE')
+    options = parser.parse_args()
+    head = Scanhead(options.device or find())
+    if options.rate:
+        head.set('sampling_frequency', options.rate)
+    scans = [head.scan([float(word) for word in line.split()]) for line in sys.stdin]
+    before = head.get('underruns')
+    head.stream(memoryview(b''.join(scans)))
+    print('%d scans sent, %d underruns' % (len(scans), head.get('underruns') - before))
+
+
+if __name__ == '__main__':
+    main()
