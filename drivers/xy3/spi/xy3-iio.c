@@ -159,7 +159,7 @@ static ssize_t achieved_frequency_show(struct device *dev, struct device_attribu
 }
 static DEVICE_ATTR_RO(achieved_frequency);
 
-#define XY3_STREAM_STAT(_name, _stat)							\
+#define XY3_STREAM_ATTR_RO(_name, _stat)						\
 static ssize_t _name##_show(struct device *dev, struct device_attribute *attr, char *buf)	\
 {											\
 	return sysfs_emit(buf, "%llu\n",						\
@@ -167,12 +167,12 @@ static ssize_t _name##_show(struct device *dev, struct device_attribute *attr, c
 }											\
 static DEVICE_ATTR_RO(_name)
 
-XY3_STREAM_STAT(scans, XY3_SCANS);
-XY3_STREAM_STAT(repeated, XY3_REPEATED);
-XY3_STREAM_STAT(underruns, XY3_UNDERRUNS);
-XY3_STREAM_STAT(commands, XY3_COMMANDS);
-XY3_STREAM_STAT(bus_errors, XY3_ERRORS);
-XY3_STREAM_STAT(masked_codes, XY3_MASKED);
+XY3_STREAM_ATTR_RO(scans, XY3_SCANS);
+XY3_STREAM_ATTR_RO(repeated, XY3_REPEATED);
+XY3_STREAM_ATTR_RO(underruns, XY3_UNDERRUNS);
+XY3_STREAM_ATTR_RO(commands, XY3_COMMANDS);
+XY3_STREAM_ATTR_RO(bus_errors, XY3_ERRORS);
+XY3_STREAM_ATTR_RO(masked_codes, XY3_MASKED);
 
 static struct attribute *xy3_iio_attrs[] = {
 	&dev_attr_frame_bits.attr,
