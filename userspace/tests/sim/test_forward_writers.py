@@ -78,7 +78,7 @@ class Waiting(Case):
 
     def test_no_room_no_event(self):
         forward = self.forward(4, 'line', more=SLOW)
-        forward.set('sampling_frequency', 100)      # a block takes more than two seconds
+        forward.set('sampling_frequency', 400)      # a block takes more than half a second
         self.assertIsNone(forward.start(length=1024))
         fd = forward.open(os.O_NONBLOCK)
         self.assertEqual(polled(fd, select.POLLOUT, 0), select.POLLOUT)
