@@ -8,7 +8,7 @@ import tempfile
 
 import libevdev
 from harness import (BIND_TIME, EVENT_TIME, Events, Plugged, command, equal, find, module_loaded,
-                     read_file, true, wait_for)
+                     read_file, settle, true, wait_for)
 from xhc_sim.uhid import UhidPendant
 
 TESTS = []
@@ -246,7 +246,7 @@ def uhid_pendant():
 
 def udev_properties(node):
     """-> (dict of properties, set of tags), once udevd has seen the node"""
-    command('udevadm', 'settle', '--timeout=60')
+    settle()
     lines = command('udevadm', 'info', '--query=property', '--name=' + node).splitlines()
     properties = dict(line.split('=', 1) for line in lines)
     return properties, set(properties.get('TAGS', '').strip(':').split(':'))

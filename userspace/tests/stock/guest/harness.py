@@ -116,13 +116,18 @@ def check_no_allocations(name, addresses, what, since=0):
         raise Failure('%s: memory is left: %r' % (what, live_allocations(name, addresses, since)))
 
 
+def settle():
+    """Until udevd has nothing to do."""
+    command('udevadm', 'settle', '--timeout=150')
+
+
 def load_driver():
     command('modprobe', 'hid-xhc')
 
 
 def unload_driver():
     """For good: not before udevd is done with the last device, or it may load it again."""
-    command('udevadm', 'settle', '--timeout=60')
+    settle()
     command('modprobe', '-r', 'hid-xhc')
 
 

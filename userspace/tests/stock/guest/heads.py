@@ -13,8 +13,8 @@ import subprocess
 import time
 
 from harness import (BIND_TIME, Failure, check_no_allocations, command, equal, jiffies,
-                     live_allocations, module_addresses, module_loaded, read_file, true, wait_for,
-                     write_file)
+                     live_allocations, module_addresses, module_loaded, read_file, settle, true,
+                     wait_for, write_file)
 
 LDISC = 29
 UART = 'uart'           # the 8250
@@ -125,10 +125,6 @@ def ldattach_pids(device):
         if words[0].endswith('ldattach') and device in words:
             found.append(int(path.split('/')[2]))
     return found
-
-
-def settle():
-    command('udevadm', 'settle', '--timeout=60')
 
 
 class Module:

@@ -13,7 +13,7 @@ import traceback
 
 from harness import Failure, command
 
-LIMIT = 120         # seconds for one test, unless it has a `limit` of its own
+LIMIT = 200         # seconds for one test, unless it has a `limit` of its own
 
 
 def too_late(_signal, _frame):

@@ -7,7 +7,7 @@ import os
 import struct
 
 import libevdev
-from harness import Plugged, command, equal, error_of, true, wait_for
+from harness import Plugged, command, equal, error_of, settle, true, wait_for
 
 TESTS = []
 
@@ -89,7 +89,7 @@ def hwdb():
     with open(HWDB, 'w', encoding='ascii') as file:
         file.write('evdev:input:b0003v10CEpEB70*\n KEYBOARD_KEY_0a=f16\n KEYBOARD_KEY_17=esc\n')
     with Plugged() as pendant:
-        command('udevadm', 'settle', '--timeout=60')
+        settle()
         command('systemd-hwdb', 'update')
         command('udevadm', 'trigger', '--settle', pendant.node)
         check_hwdb(pendant)
@@ -100,7 +100,7 @@ def hwdb():
 def check_hwdb(pendant):
     wait_for(lambda: get_code(pendant, 0x0A) == libevdev.EV_KEY.KEY_F16.value,
              'remapping by udev', 60)
-    command('udevadm', 'settle', '--timeout=60')
+    settle()
     pendant.open()
     for code, name in ((0x0A, 'KEY_F16'), (0x17, 'KEY_ESC'), (0x16, 'BTN_TRIGGER_HAPPY22')):
         pendant.usb.press(code)

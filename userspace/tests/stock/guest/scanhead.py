@@ -9,10 +9,10 @@ import re
 import struct
 import subprocess
 
-from harness import (BIND_TIME, TRACING, command, equal, error_of, module_loaded, read_file, true,
-                     wait_for, write_file)
+from harness import (BIND_TIME, TRACING, command, equal, error_of, module_loaded, read_file, settle,
+                     true, wait_for, write_file)
 from heads import (LDISC, STICK, TIOCSETD, UART, Attached, Cat, heads, module, packets, plug,
-                   settle, test_on_both, unplug)
+                   test_on_both, unplug)
 
 TESTS = []
 

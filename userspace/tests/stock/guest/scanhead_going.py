@@ -6,8 +6,9 @@ import glob
 import os
 import subprocess
 
-from harness import TRACING, equal, error_of, module_loaded, read_file, true, wait_for
-from heads import STICK, UART, Attached, Cat, heads, module, packets, peer, settle, unplug
+from harness import (BIND_TIME, TRACING, equal, error_of, module_loaded, read_file, settle, true,
+                     wait_for)
+from heads import STICK, UART, Attached, Cat, heads, module, packets, peer, unplug
 
 TESTS = []
 
@@ -23,12 +24,11 @@ def unplugged_while_it_streams():
     for number in range(2):
         with Attached(STICK, serial='No. %d' % number) as head, Cat(head) as cat:
             head.tell('stream_until_asked')
-            head.wait_bytes(100000)
+            wait_for(lambda: len(cat.data()) > 50000, 'a stream', BIND_TIME)
             head.tell('unplug')
             peer.hear()                 # of the stream
             peer.hear()
             equal(cat.wait_end(), 0, 'status of cat')
-            true(len(cat.data()) > 50000, 'only %d bytes' % len(cat.data()))
             # a tty's hangup throws away what has not been read, be it half of a packet
             packets(cat.data(), cut=True)
             wait_for(lambda: not heads(), 'end of the head')
