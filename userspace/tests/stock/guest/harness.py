@@ -90,30 +90,32 @@ def jiffies():
     return int(re.search(r'^jiffies: (\d+)', read_file('/proc/timer_list'), re.M).group(1))
 
 
-def live_allocations(name, addresses, since=0):
-    """Lines of the kernel about objects that live and that a module's code has asked kmalloc for.
+def live_allocations(places, since=0):
+    """Lines of the kernel about objects that live and that our modules' code has asked kmalloc for.
 
-    addresses: what module_addresses() said of it. since: jiffies when it was loaded; what is
-    older is of the init code of a module that was in this place before. Needs slub_debug=U. A
-    line is "COUNT CALLER [MODULE] ... age=...", and when the module has gone "COUNT 0xADDRESS".
+    places: {module: [what module_addresses() said of it, each time that it was loaded]}. since:
+    jiffies when the first one was loaded; what is older is of the init code of a module that was in
+    such a place before. Needs slub_debug=U. A line is "COUNT CALLER [MODULE] ... age=...", and when
+    the module has gone "COUNT 0xADDRESS".
     """
-    first, last = addresses
+    ranges = [addresses for each in places.values() for addresses in each]
     pattern = re.compile(r'^( *\d+ (\S+)(?: \[(\w+)\])? .*\bage=(\d+).*)', re.M)
     lines = []
     for path in glob.glob('/sys/kernel/debug/slab/kmalloc-*/alloc_traces'):
         found = pattern.findall(read_file(path))
         now = jiffies()                 # not before it was read, or what is new seems older
         for line, caller, module, age in found:
-            ours = module == name or caller.startswith('0x') and first <= int(caller, 16) < last
+            ours = module in places or caller.startswith('0x') and any(
+                first <= int(caller, 16) < last for first, last in ranges)
             if ours and now - int(age) >= since:
                 lines.append('%s: %s' % (path.split('/')[-2], line.strip()))
     return lines
 
 
-def check_no_allocations(name, addresses, what, since=0):
+def check_no_allocations(places, what, since=0):
     """Some are given back a while later."""
-    if not find.wait(lambda: not live_allocations(name, addresses, since), 20):
-        raise Failure('%s: memory is left: %r' % (what, live_allocations(name, addresses, since)))
+    if not find.wait(lambda: not live_allocations(places, since), 20):
+        raise Failure('%s: memory is left: %r' % (what, live_allocations(places, since)))
 
 
 def settle():

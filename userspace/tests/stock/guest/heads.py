@@ -142,14 +142,14 @@ class Module:
         command('modprobe', 'xy3')
 
     def allocations(self):
-        return live_allocations('xy3', module_addresses('xy3'), self.since)
+        return live_allocations({'xy3': [module_addresses('xy3')]}, self.since)
 
     def unload(self):
         """Not before udevd is done with the last head."""
         addresses = module_addresses('xy3')
         settle()
         command('modprobe', '-r', 'xy3')
-        check_no_allocations('xy3', addresses, 'the module has gone', self.since)
+        check_no_allocations({'xy3': [addresses]}, 'the module has gone', self.since)
 
 
 module = Module()

@@ -152,14 +152,14 @@ def tracepoints():
 def no_memory_is_left():
     """Last but one: after all that was done above."""
     load_driver()
-    where = module_addresses('hid_xhc')
+    where = {'hid_xhc': [module_addresses('hid_xhc')]}
     with Plugged() as pendant:
         pendant.flush()
-        true(live_allocations('hid_xhc', where),
+        true(live_allocations(where),
              'even of a plugged pendant no allocation is seen')
-    check_no_allocations('hid_xhc', where, 'after the unplug')
+    check_no_allocations(where, 'after the unplug')
     unload_driver()
-    check_no_allocations('hid_xhc', where, 'after the module')
+    check_no_allocations(where, 'after the module')
 
 
 @test
