@@ -16,6 +16,7 @@ from xhc_sim.usb import UsbPendant
 
 BIND_TIME = 60.0        # udevd and modprobe in an emulated machine: seconds, not milliseconds
 EVENT_TIME = 10.0
+PAUSE = 0.05                # between two looks: they cost those time who are waited for
 TRACING = '/sys/kernel/tracing'
 
 
@@ -35,7 +36,7 @@ def true(value, what):
 
 def wait_for(condition, what, timeout=EVENT_TIME):
     """-> the condition's first true value"""
-    value = find.wait(condition, timeout)
+    value = find.wait(condition, timeout, PAUSE)
     true(value, '%s: not within %g s' % (what, timeout))
     return value
 
