@@ -153,6 +153,30 @@ class Settings(Case):
         self.assertIsNone(forward.set('out_angl1_raw', 6))
         self.assertEqual(forward.sim('positions').splitlines(), ['x 5 20', 'w 6 20'])
 
+    def test_no_suspend_while_a_stream_runs(self):
+        forward = self.forward(4, 'line')
+        write_file('/sys/module/suspend/parameters/pm_test_delay', '0')
+        write_file('/sys/power/pm_test', 'devices')
+        self.assertIsNone(forward.start())
+        self.assertEqual(head_rig.error_name(write_file, '/sys/power/state', 'freeze'), 'EBUSY')
+        fd = forward.open()
+        os.write(fd, struct.pack('<3I', 1, 2, 3))       # it runs as before
+        forward.stop_and_close(fd)
+        self.assertEqual(forward.x_of('positions'), '1')
+        self.assertIsNone(head_rig.error_name(write_file, '/sys/power/state', 'freeze'))
+        self.assertIsNone(forward.set('out_angl0_raw', 4))
+
+    def test_another_drivers_device(self):
+        """What firmware calls something else, as boards do that come with /dev/spidevB.C."""
+        self.sim(1, 'cs', more='modalias=spidev')
+        device = read_file(forward_rig.DEBUGFS + '0/devices').split()[1]
+        write_file('/sys/bus/spi/devices/%s/driver_override' % device, 'xy3-spi')
+        write_file(forward_rig.DRIVER + 'bind', device)
+        forward = forward_rig.Forward()
+        self.assertEqual(forward.axes, 1)
+        self.assertIsNone(forward.set('out_angl0_raw', 4321))
+        self.assertEqual(forward.x_of('positions'), '4321')
+
     def test_controller_with_fewer_lines(self):
         self.sim(1, 'cs', more='device_lines=4')
         time.sleep(0.2)
