@@ -21,7 +21,8 @@ export LLVM
 endif
 
 .PHONY: all modules clean help install uninstall install-files uninstall-files demo demo-scanhead \
-	lib install-lib uninstall-lib mutate bench check check-host check-kunit check-sim \
+	lib install-lib uninstall-lib tools install-tools uninstall-tools \
+	mutate bench check check-host check-kunit check-sim \
 	check-stock lint
 
 all: modules
@@ -34,7 +35,7 @@ clean:
 		-o -name '*.mod.c' -o -name '.*.cmd' -o -name 'modules.order' -o -name '*.o.d' \) \
 		-delete
 	rm -f Module.symvers modules.order .module-common.o .*.cmd
-	rm -rf build/libxy3
+	rm -rf build/libxy3 build/tools
 
 help:
 	@echo 'Build and install (KVER=release or KDIR=folder choose another kernel):'
@@ -43,6 +44,7 @@ help:
 	@echo '                     with DESTDIR= only files are copied, for packagers'
 	@echo '  sudo make uninstall  take all of it away again'
 	@echo '  make lib           libxy3 for programs in C, in build/libxy3; install-lib installs it'
+	@echo '  make tools         xhcctl and xy3ctl, in build/tools; install-tools installs them'
 	@echo '  make clean         remove what was built here'
 	@echo 'Try and test (need no device, never touch the running kernel):'
 	@echo '  sudo make demo     a virtual pendant in a virtual machine'
@@ -86,6 +88,13 @@ lib:
 install-lib uninstall-lib: %-lib:
 	$(MAKE) -C userspace/libxy3 $*
 
+# The tools want libraries
+tools:
+	$(MAKE) -C userspace/tools all
+
+install-tools uninstall-tools: %-tools:
+	$(MAKE) -C userspace/tools $*
+
 # Twice in a row is no error: what dkms has of this version goes first
 install:
 ifeq ($(DESTDIR),)
@@ -100,7 +109,7 @@ ifeq ($(DESTDIR),)
 	-systemctl daemon-reload
 endif
 
-uninstall-files: uninstall-lib
+uninstall-files: uninstall-lib uninstall-tools
 	rm -rf $(DESTDIR)$(SRCDIR) $(DESTDIR)$(PREFIX)/lib/$(NAME)
 	rm -f $(SIMULATORS:%=$(DESTDIR)$(PREFIX)/bin/%)
 	rm -f $(SIMULATORS:%=$(DESTDIR)$(PREFIX)/share/man/man1/%.1)

@@ -1,0 +1,105 @@
+/* SPDX-License-Identifier: GPL-2.0-only */
+/*
+ * What xhcctl and xy3ctl have in common on the command line: TOOL VERB [OPTION...] [ARGUMENT...]
+ *
+ * Results go to standard output, as text or with --json as JSON; words about what went wrong go to
+ * standard error, with the tool's name before them. The exit status is one of enum cli_status.
+ * Help is glibc's argp: each verb has a struct argp, whose text is also the source of the manual
+ * page and of the completions (see ../generate).
+ */
+#ifndef CLI_H
+#define CLI_H
+
+#include <argp.h>
+#include <stdbool.h>
+#include <stddef.h>
+
+struct json_object;
+
+enum cli_status {
+	CLI_OK = 0,
+	CLI_FAILURE = 1,	/* it was tried and did not work, or doctor has found something */
+	CLI_USAGE = 2,		/* these words make no sense; nothing was tried */
+	CLI_NO_DEVICE = 3,	/* there is no such device, or none at all */
+};
+
+/* Options that every verb has. Zero before the parser of the verb fills it in. */
+struct cli_common {
+	bool json;
+	const char *device;	/* as --device has it; NULL when there is none */
+};
+
+struct cli_verb {
+	const char *name;
+	const char *summary;	/* for the list of verbs: lower case, no full stop */
+	/* argv[0] is "TOOL VERB". Return an enum cli_status. */
+	int (*run)(int argc, char **argv);
+};
+
+struct cli_tool {
+	const char *name;
+	const char *summary;	/* one line, for the manual page's NAME */
+	const char *text;	/* paragraphs behind the list of verbs, or NULL */
+	const char *const *modules;	/* for --version, with NULL behind the last */
+	const struct cli_verb *verbs;	/* with an empty one behind the last */
+};
+
+/* The running tool, for messages and documents */
+const char *cli_tool_name(void);
+
+/* Find the verb and run it. What main() returns. */
+int cli_main(const struct cli_tool *tool, int argc, char **argv);
+
+/*
+ * For a verb's struct argp: .children = cli_children. Its parser must give a pointer to a
+ * struct cli_common on: state->child_inputs[0] = ..., at ARGP_KEY_INIT.
+ */
+extern const struct argp_child cli_children[];
+
+/*
+ * For a verb that has no options and takes no arguments beside the common ones: parse these.
+ * text: what `TOOL VERB --help` says. Return where the common options have been put.
+ */
+struct cli_common cli_parse_common(const char *text, int argc, char **argv);
+
+/* "TOOL: ..." to standard error. Return CLI_FAILURE. */
+int cli_error(const char *format, ...) __attribute__((format(printf, 1, 2)));
+/* The same with the text of an errno (positive or negative) behind it. Return CLI_FAILURE. */
+int cli_errno(int error, const char *format, ...) __attribute__((format(printf, 2, 3)));
+/* The same. Return CLI_NO_DEVICE. */
+int cli_no_device(const char *format, ...) __attribute__((format(printf, 1, 2)));
+/* The same, with a hint at --help. Return CLI_USAGE. */
+int cli_usage(const char *format, ...) __attribute__((format(printf, 1, 2)));
+
+/*
+ * JSON. Every document is an object whose first members are "schema" (CLI_SCHEMA), "tool" and
+ * "verb"; a verb that goes on for ever prints such an object a line. CLI_SCHEMA changes when a
+ * member goes or means something else; it does not when one is added.
+ */
+#define CLI_SCHEMA 1
+
+struct json_object *cli_json_new(const char *verb);
+/* Print the document on a line of its own, at once, and free it. Return CLI_OK or CLI_FAILURE. */
+int cli_json_print(struct json_object *document);
+/* Shortcuts; a NULL text is null */
+void cli_json_text(struct json_object *object, const char *key, const char *value);
+void cli_json_number(struct json_object *object, const char *key, long long value);
+void cli_json_bool(struct json_object *object, const char *key, bool value);
+
+/* Colour and progress are for people: is this descriptor a terminal that wants them? */
+bool cli_is_terminal(int fd);
+
+/* What cli_colour() takes */
+enum cli_colour { CLI_PLAIN, CLI_BOLD, CLI_DIM, CLI_RED, CLI_GREEN, CLI_YELLOW, CLI_CYAN };
+
+/* The sequence that begins a colour on standard output; "" when that is no terminal */
+const char *cli_colour(enum cli_colour colour);
+
+/*
+ * For verbs that go on until they are interrupted: true when SIGINT, SIGTERM or SIGHUP has come
+ * since cli_catch_signals(). A read() or poll() under way returns EINTR then.
+ */
+void cli_catch_signals(void);
+bool cli_interrupted(void);
+
+#endif /* CLI_H */

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: GPL-2.0-only
+/*
+ * What is for people at a terminal only, and how they stop a verb. See cli.h.
+ */
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "cli.h"
+
+static volatile sig_atomic_t interrupted;
+
+bool cli_is_terminal(int fd)
+{
+	const char *type = getenv("TERM");
+
+	return isatty(fd) && type && strcmp(type, "dumb");
+}
+
+const char *cli_colour(enum cli_colour colour)
+{
+	static const char *const sequences[] = {
+		[CLI_PLAIN] = "\033[0m", [CLI_BOLD] = "\033[1m", [CLI_DIM] = "\033[2m",
+		[CLI_RED] = "\033[31m", [CLI_GREEN] = "\033[32m", [CLI_YELLOW] = "\033[33m",
+		[CLI_CYAN] = "\033[36m",
+	};
+	const char *no_colour = getenv("NO_COLOR");	/* https://no-color.org */
+
+	if (!cli_is_terminal(STDOUT_FILENO) || (no_colour && *no_colour))
+		return "";
+	return sequences[colour];
+}
+
+static void take_signal(int signal)
+{
+	(void)signal;
+	interrupted = 1;
+}
+
+void cli_catch_signals(void)
+{
+	/* without SA_RESTART: who waits is woken */
+	const struct sigaction action = { .sa_handler = take_signal };
+
+	sigaction(SIGINT, &action, NULL);
+	sigaction(SIGTERM, &action, NULL);
+	sigaction(SIGHUP, &action, NULL);
+}
+
+bool cli_interrupted(void)
+{
+	return interrupted;
+}
