@@ -218,6 +218,16 @@ static void xy3_part_lock(struct xy3_head *head)
 	WRITE_ONCE(head->parting, false);
 }
 
+/*
+ * The head's directory shows which devices its transports are. That is for tools alone: when there
+ * is no memory for a link, all else goes on without.
+ */
+static void xy3_link(struct xy3_head *head, struct device *dev, const char *name)
+{
+	if (dev && sysfs_create_link(&head->dev.kobj, &dev->kobj, name))
+		dev_dbg(&head->dev, "no link %s\n", name);
+}
+
 /* The forward channel that firmware has written down for a backchannel */
 static struct fwnode_handle *xy3_back_partner(const struct xy3_back *back)
 {
@@ -275,6 +285,7 @@ int xy3_back_attach(struct xy3_back *back)
 		xy3_autobaud_start(head);
 		queue_work(system_wq, &head->tty_rate_work);
 	}
+	xy3_link(head, back->dev, "back");
 	return 0;
 }
 
@@ -287,6 +298,7 @@ void xy3_back_detach(struct xy3_back *back)
 	struct xy3_head *head = back->head;
 
 	guard(mutex)(&xy3_join_lock);
+	sysfs_remove_link(&head->dev.kobj, "back");
 	xy3_part_lock(head);
 	head->back = NULL;
 	WRITE_ONCE(head->rate, 0);
@@ -329,6 +341,7 @@ int xy3_forward_attach(struct xy3_forward *forward)
 	guard(mutex)(&head->rate_lock);
 	scoped_guard(spinlock_irqsave, &head->forward_lock)
 		head->forward = forward;
+	xy3_link(head, forward->dev, "forward");
 	return 0;
 }
 EXPORT_SYMBOL_GPL(xy3_forward_attach);
@@ -342,6 +355,7 @@ void xy3_forward_detach(struct xy3_forward *forward)
 	struct xy3_head *head = forward->head;
 
 	guard(mutex)(&xy3_join_lock);
+	sysfs_remove_link(&head->dev.kobj, "forward");
 	xy3_part_lock(head);
 	scoped_guard(spinlock_irqsave, &head->forward_lock)
 		head->forward = NULL;

@@ -86,6 +86,7 @@ static int xy3_ldisc_open(struct tty_struct *tty)
 	uart->tty = tty;
 	xy3_uart_flag_errors(tty);
 	uart->back.ops = &xy3_uart_ops;
+	uart->back.dev = tty->dev;	/* ptys have none */
 	uart->back.rate = tty_get_baud_rate(tty);
 	err = xy3_back_attach(&uart->back);
 	if (err) {

@@ -183,6 +183,24 @@ class Settings(Case):
         self.assertEqual(glob.glob('/sys/bus/iio/devices/iio:device*'), [])
         self.assertEqual(head_rig.heads(), [])
 
+    def test_links_to_the_transports(self):
+        forward = self.forward(2, 'cs')
+
+        def links():
+            return {name: os.path.basename(os.path.realpath(forward.head + name))
+                    for name in ('back', 'forward') if os.path.islink(forward.head + name)}
+
+        self.assertEqual(links(), {'forward': forward.device})
+        self.assertTrue(forward.attach())
+        both = {'back': 'ttyXY3SIM0', 'forward': forward.device}
+        self.assertEqual(links(), both)
+        forward.unbind()
+        self.assertEqual(links(), {'back': 'ttyXY3SIM0'})
+        forward.bind()
+        self.assertEqual(links(), both)
+        forward.close()
+        self.assertTrue(wait(lambda: links() == {'forward': forward.device}), links())
+
 
 class Commands(Case):
     def test_attributes(self):
