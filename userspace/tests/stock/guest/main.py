@@ -5,6 +5,7 @@ Prints "1..COUNT" first, then one line "ok NAME" or "not ok NAME: why" for each 
 """
 
 import importlib
+import os
 import re
 import signal
 import sys
@@ -16,6 +17,13 @@ from harness import Failure, command
 LIMIT = 200         # seconds for one test, unless it has a `limit` of its own
 
 
+def say(line):
+    """A line of its own, by one write(): a program that was killed in the middle of a word has
+    perhaps left that word here.
+    """
+    os.write(1, ('\n%s\n' % line).encode())
+
+
 def too_late(_signal, _frame):
     raise Failure('not done in time')
 
@@ -23,7 +31,7 @@ def too_late(_signal, _frame):
 def complaint(error):
     """One line for the result, and the way to it as comments."""
     for line in traceback.format_exc().splitlines():
-        print('# %s' % line)
+        say('# %s' % line)
     return ('%s: %s' % (type(error).__name__, error)).replace('\n', ' ')
 
 
@@ -35,11 +43,11 @@ def run(function):
         function()
     except Exception as error:      # a broken test must not hide those behind it
         signal.alarm(0)
-        print('not ok %s: %s' % (name, complaint(error)))
+        say('not ok %s: %s' % (name, complaint(error)))
         return False
     signal.alarm(0)
-    print('ok %s' % name)
-    print('# %.1f s' % (time.monotonic() - start))
+    say('ok %s' % name)
+    say('# %.1f s' % (time.monotonic() - start))
     return True
 
 
@@ -50,7 +58,7 @@ def main():
     modules = [importlib.import_module(name) for name in names]
     tests = [function for module in modules for function in module.TESTS]
     signal.signal(signal.SIGALRM, too_late)
-    print('1..%d' % len(tests))
+    say('1..%d' % len(tests))
     failed = [function for function in tests if not run(function)]
     return 1 if failed else 0
 
