@@ -71,6 +71,7 @@ install-files: $(addprefix install-,$(SIMULATORS))
 	install -D -m 644 -t $(DESTDIR)$(PREFIX)/include/linux drivers/include/uapi/linux/xy3.h
 	install -D -m 644 -t $(DESTDIR)$(UDEVDIR)/rules.d userspace/udev/*.rules
 	install -D -m 644 -t $(DESTDIR)$(UNITDIR) userspace/systemd/*.service
+	install -D -m 644 -t $(DESTDIR)$(PREFIX)/share/$(NAME)/layouts userspace/hwdb/layouts/*
 	install -D -m 644 -t $(DESTDIR)$(PREFIX)/share/man/man4 $(MAN4)
 
 $(addprefix install-,$(SIMULATORS)): install-%:
@@ -110,7 +111,7 @@ ifeq ($(DESTDIR),)
 endif
 
 uninstall-files: uninstall-lib uninstall-tools
-	rm -rf $(DESTDIR)$(SRCDIR) $(DESTDIR)$(PREFIX)/lib/$(NAME)
+	rm -rf $(DESTDIR)$(SRCDIR) $(DESTDIR)$(PREFIX)/lib/$(NAME) $(DESTDIR)$(PREFIX)/share/$(NAME)
 	rm -f $(SIMULATORS:%=$(DESTDIR)$(PREFIX)/bin/%)
 	rm -f $(SIMULATORS:%=$(DESTDIR)$(PREFIX)/share/man/man1/%.1)
 	rm -f $(patsubst %,$(DESTDIR)$(PREFIX)/share/man/man4/%,$(notdir $(MAN4)))
