@@ -4,10 +4,11 @@
 import errno
 import fcntl
 import os
+import re
 import struct
 
 import libevdev
-from harness import Plugged, command, equal, error_of, settle, true, wait_for
+from harness import Plugged, command, equal, error_of, read_file, settle, true
 
 TESTS = []
 
@@ -16,7 +17,8 @@ KEYMAP_ENTRY = struct.Struct('=BBHI32s')
 EVIOCGKEYCODE_V2 = 0x80284504
 EVIOCSKEYCODE_V2 = 0x40284504
 
-HWDB = '/etc/udev/hwdb.d/99-test.hwdb'
+LAYOUTS = '/usr/local/share/xhc-xy3/layouts/'
+HWDB = '/etc/udev/hwdb.d/61-xhc-pendant.hwdb'
 
 
 def test(function):
@@ -83,27 +85,66 @@ def remapped_while_held():
         true('KEY_F15 1' not in events, 'the new name went down: %r' % events)
 
 
-@test
-def hwdb():
-    """By hand (udevadm trigger), and by itself when the pendant is plugged again."""
-    with open(HWDB, 'w', encoding='ascii') as file:
-        file.write('evdev:input:b0003v10CEpEB70*\n KEYBOARD_KEY_0a=f16\n KEYBOARD_KEY_17=esc\n')
-    with Plugged() as pendant:
-        settle()
-        command('systemd-hwdb', 'update')
-        command('udevadm', 'trigger', '--settle', pendant.node)
-        check_hwdb(pendant)
-    with Plugged() as pendant:
-        check_hwdb(pendant)
+# --- layouts: what is printed on the keys, as an entry of the hwdb -----------------------------
+
+def read_layout(name):
+    """-> {scan code: name of the key code, or None}, see userspace/hwdb/README"""
+    rows = [line.split('\t') for line in read_file(LAYOUTS + name + '.layout').splitlines()]
+    return {int(row[0], 16): None if row[2] == '-' else row[2] for row in rows if len(row) == 3}
 
 
-def check_hwdb(pendant):
-    wait_for(lambda: get_code(pendant, 0x0A) == libevdev.EV_KEY.KEY_F16.value,
-             'remapping by udev', 60)
+def choose(name, keys):
+    """The entry for an HB04; udev is told of it. None: there is none any more."""
+    if keys is None:
+        os.unlink(HWDB)
+    else:
+        with open(HWDB, 'w', encoding='ascii') as file:
+            file.write('evdev:input:b0003v10CEpEB70*\n XHC_LAYOUT=%s\n' % name)
+            for code, word in keys.items():
+                file.write(' KEYBOARD_KEY_%02x=%s\n' % (code, re.sub('^key_', '', word.lower())))
+    command('systemd-hwdb', 'update')
+
+
+def trigger(pendant):
     settle()
-    pendant.open()
-    for code, name in ((0x0A, 'KEY_F16'), (0x17, 'KEY_ESC'), (0x16, 'BTN_TRIGGER_HAPPY22')):
+    command('udevadm', 'trigger', '--settle', pendant.node)
+
+
+def check_layout(pendant, name, keys):
+    settle()
+    pendant.open()                      # its capabilities may have changed
+    properties = command('udevadm', 'info', '--query=property', pendant.node).splitlines()
+    equal([line for line in properties if line.startswith('XHC_LAYOUT')],
+          ['XHC_LAYOUT=' + name] if name else [], 'property')
+    true('ID_INPUT_JOYSTICK=1' in properties, 'it is no joystick any more')
+    for code, word in keys.items():
         pendant.usb.press(code)
         pendant.usb.release(code)
-        equal(pendant.events.reports(2), [['MSC_SCAN %d' % code, name + ' 1'],
-                                          ['MSC_SCAN %d' % code, name + ' 0']], name)
+        equal(pendant.events.reports(2), [['MSC_SCAN %d' % code, word + ' 1'],
+                                          ['MSC_SCAN %d' % code, word + ' 0']], 'key %#x' % code)
+
+
+@test
+def layout_by_hwdb():
+    """Chosen by hand, and there when the pendant is plugged again; changed; taken away."""
+    layout = read_layout('hb04-18')
+    first = {code: 'BTN_TRIGGER_HAPPY%d' % code for code in layout}
+    named = {code: word or first[code] for code, word in layout.items()}
+    own = {**first, 0x0A: 'KEY_F16'}
+    true(sum(named[code] != first[code] for code in layout) > 5, 'few keys have another name')
+    with Plugged() as pendant:
+        check_layout(pendant, None, first)
+        choose('hb04-18', named)
+        trigger(pendant)
+        check_layout(pendant, 'hb04-18', named)
+    with Plugged() as pendant:
+        check_layout(pendant, 'hb04-18', named)
+        choose('mine', own)
+        trigger(pendant)
+        check_layout(pendant, 'mine', own)
+        choose(None, None)
+    with Plugged() as pendant:
+        check_layout(pendant, None, first)
+
+
+layout_by_hwdb.limit = 400     # three times all of the hwdb is compiled
