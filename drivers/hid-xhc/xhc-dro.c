@@ -17,6 +17,8 @@
 #include "xhc.h"
 #include "trace.h"
 
+/* How long the first change of a burst waits for the rest of it, so that they go in one frame */
+#define XHC_BURST_MS		5
 /* How long after a frame that was not taken the next one is tried */
 #define XHC_RETRY_MS		1000
 /* How often to look at the calendar: the clock may be set at any time */
@@ -151,8 +153,14 @@ static void xhc_dro_work(struct work_struct *work)
  */
 void xhc_dro_changed(struct xhc_pendant *pendant)
 {
-	pendant->dro.changed = true;
-	xhc_dro_schedule_frame(&pendant->dro);
+	/* one more: the tick that runs now is over soon */
+	unsigned long soon = jiffies + msecs_to_jiffies(XHC_BURST_MS) + 1;
+	struct xhc_dro *dro = &pendant->dro;
+
+	if (!dro->changed && time_before(dro->next, soon))
+		dro->next = soon;
+	dro->changed = true;
+	xhc_dro_schedule_frame(dro);
 }
 
 /**
@@ -214,7 +222,8 @@ void xhc_dro_start(struct xhc_pendant *pendant)
 	dro->running = true;
 	dro->shown_size = 0;
 	dro->next = jiffies;
-	xhc_dro_changed(pendant);
+	dro->changed = true;
+	xhc_dro_schedule_frame(dro);
 }
 
 /**
