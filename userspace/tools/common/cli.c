@@ -40,10 +40,10 @@ static error_t parse_common(int key, char *argument, struct argp_state *state)
 	return ARGP_ERR_UNKNOWN;
 }
 
-static const struct argp common_argp = { .options = common_options, .parser = parse_common };
+const struct argp cli_common_argp = { .options = common_options, .parser = parse_common };
 
 const struct argp_child cli_children[] = {
-	{ &common_argp, 0, NULL, 0 },
+	{ &cli_common_argp, 0, NULL, 0 },
 	{ 0 }
 };
 
@@ -82,7 +82,7 @@ static void print_version(FILE *stream, struct argp_state *state)
 	fprintf(stream, "%s %s\n", cli_tool->name, VERSION);
 	for (const char *const *module = cli_tool->modules; *module; module++) {
 		if (sysfs_read(version, sizeof(version), "/sys/module/%s/version", *module) < 0)
-			strcpy(version, "not loaded");
+			snprintf(version, sizeof(version), "not loaded");
 		fprintf(stream, "driver %s: %s\n", *module, version);
 	}
 }

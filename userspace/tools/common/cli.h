@@ -14,6 +14,8 @@
 #include <stdbool.h>
 #include <stddef.h>
 
+#define ARRAY_SIZE(array) (sizeof(array) / sizeof((array)[0]))
+
 struct json_object;
 
 enum cli_status {
@@ -55,6 +57,8 @@ int cli_main(const struct cli_tool *tool, int argc, char **argv);
  * struct cli_common on: state->child_inputs[0] = ..., at ARGP_KEY_INIT.
  */
 extern const struct argp_child cli_children[];
+/* The same by itself, for a verb that has other children, too */
+extern const struct argp cli_common_argp;
 
 /*
  * For a verb that has no options and takes no arguments beside the common ones: parse these.

@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""Runs xhcctl or xy3ctl as people and scripts do. TOOLS is the folder that has them."""
+
+import json
+import os
+import signal
+import subprocess
+
+import jsonschema
+
+HERE = os.path.dirname(os.path.realpath(__file__))
+TOOLS = os.environ.get('TOOLS', '')
+SOURCE = os.path.join(HERE, '..', '..', 'tools')
+OK, FAILURE, USAGE, NO_DEVICE = range(4)
+
+
+class Tool:
+    """A tool's name, and how it is called."""
+
+    def __init__(self, name):
+        self.name = name
+        self.path = os.path.join(TOOLS, name)
+        with open(os.path.join(SOURCE, name, 'schema.json'), encoding='ascii') as file:
+            self.schema = jsonschema.Draft7Validator(json.load(file))
+
+    def run(self, *words, text='', timeout=60):
+        """-> (status, output, words on standard error)"""
+        done = subprocess.run([self.path, *words], input=text, stdout=subprocess.PIPE,
+                              stderr=subprocess.PIPE, text=True, timeout=timeout, check=False)
+        return done.returncode, done.stdout, done.stderr
+
+    def documents(self, output):
+        """What --json has printed; each line is a document as the schema has it."""
+        documents = [json.loads(line) for line in output.splitlines()]
+        for document in documents:
+            self.schema.validate(document)
+        return documents
+
+    def json(self, *words, status=OK, text=''):
+        """-> the only document"""
+        found, output, errors = self.run(*words, '--json', text=text)
+        if found != status:
+            raise AssertionError('%s: status %d: %s' % (' '.join(words), found, errors))
+        document, = self.documents(output)
+        return document
+
+    def start(self, *words, **options):
+        return Running(self, words, **options)
+
+
+class Running:
+    """A tool that goes on for a while; its lines are read as they come."""
+
+    def __init__(self, tool, words, **options):
+        self.process = subprocess.Popen([tool.path, *words], stdout=subprocess.PIPE,
+                                        stderr=subprocess.PIPE, text=True, **options)
+
+    def line(self):
+        """The next one, which must come"""
+        return self.process.stdout.readline().rstrip('\n')
+
+    def until(self, wanted):
+        """-> the lines up to the first that has `wanted` in it"""
+        lines = []
+        while not lines or wanted not in lines[-1]:
+            line = self.process.stdout.readline()
+            if not line:
+                raise AssertionError('no %r in %r; %s' % (wanted, lines, self.end()))
+            lines.append(line.rstrip('\n'))
+        return lines
+
+    def interrupt(self):
+        self.process.send_signal(signal.SIGINT)
+        return self.end()
+
+    def end(self, timeout=60):
+        """-> (status, rest of the output, words on standard error)"""
+        output, errors = self.process.communicate(timeout=timeout)
+        return self.process.returncode, output, errors
+
+    def close(self):
+        if self.process.poll() is None:
+            self.process.kill()
+        self.process.communicate()

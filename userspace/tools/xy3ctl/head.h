@@ -1,0 +1,47 @@
+/* SPDX-License-Identifier: GPL-2.0-only */
+/*
+ * Scanheads, as xy3 and xy3-spi show them: /sys/class/xy3/xy3-<n> (userspace/abi/sysfs-class-xy3)
+ * and, for those with a forward channel, an IIO device (userspace/abi/sysfs-bus-iio-xy3).
+ */
+#ifndef HEAD_H
+#define HEAD_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <linux/xy3.h>
+
+#define HEADS_MAX 32	/* xy3.ko's */
+
+struct head {
+	char name[16];		/* xy3-<n> */
+	char path[64];		/* in /sys/class/xy3 */
+	char node[32];		/* /dev/xy3-<n> */
+	char back[64];		/* device of the UART; "" when there is none or it has no name */
+	char forward[64];	/* SPI device, or "" */
+	char iio[32];		/* iio:device<n>, or "" */
+};
+
+/* All heads by rising number. Return how many. */
+size_t head_list(struct head heads[HEADS_MAX]);
+
+/*
+ * The head of this name: xy3-<n>, <n>, /dev/xy3-<n>, or NULL for the first. Return 0, or
+ * CLI_NO_DEVICE with words about it.
+ */
+int head_find(struct head *head, const char *name);
+
+/* An attribute of the head or of its IIO device, as sysfs.h has it; -ENODEV without a device */
+int head_read(const struct head *head, const char *name, char *text, size_t size);
+int head_read_iio(const struct head *head, const char *name, long long *number);
+int head_write(const struct head *head, const char *name, const char *text);
+int head_write_iio(const struct head *head, const char *name, long long number);
+
+/* Millidegrees of a component's thermometer. Return 0, or -ENODATA when it does not tell. */
+int head_temperature(const struct head *head, unsigned int component, long *millidegrees);
+
+/* How many axes its forward channel has; what x is, is out_angl0 and so on */
+unsigned int head_axes(const struct head *head);
+
+#endif /* HEAD_H */

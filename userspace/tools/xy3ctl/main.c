@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: GPL-2.0-only
+/*
+ * xy3ctl: XY3-100 compatible laser scanheads on the command line.
+ */
+#include <stddef.h>
+
+#include "cli.h"
+#include "verbs.h"
+
+static const struct cli_verb verbs[] = {
+	{ "list", "list the scanheads that are there", list_verb },
+	{ "show", "show all that is known of one", show_verb },
+	{ "watch", "watch what it tells of itself", watch_verb },
+	{ "packets", "print the packets of its backchannel", packets_verb },
+	{ "command", "have it calibrate, or talk at another rate", command_verb },
+	{ "goto", "move its mirrors to a place", goto_verb },
+	{ "stream", "stream scans to it: shapes, or a file", stream_verb },
+	{ "attach", "make a UART the backchannel of a head", attach_verb },
+	{ "detach", "end that", detach_verb },
+	{ 0 }
+};
+
+static const char *const modules[] = { "xy3", "xy3_spi", NULL };
+
+static const struct cli_tool tool = {
+	.name = "xy3ctl",
+	.summary = "Show, move and command XY3-100 compatible laser scanheads.",
+	.text = "DEVICE is xy3-<n>, as `xy3ctl list' names it; without it the first head is meant. "
+		"Members of the group dialout may use all verbs but attach and detach. "
+		"Exit status: 0 is success, 1 failure, 2 wrong usage, 3 no such device.",
+	.modules = modules,
+	.verbs = verbs,
+};
+
+int main(int argc, char **argv)
+{
+	return cli_main(&tool, argc, argv);
+}

@@ -1,0 +1,41 @@
+/* SPDX-License-Identifier: GPL-2.0-only */
+/*
+ * Where the scans of a stream come from: a shape, a file of numbers, or codes ready to be sent.
+ */
+#ifndef SCANS_H
+#define SCANS_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include <linux/xy3.h>
+
+struct shape;
+
+struct scans {
+	unsigned int axes;	/* codes of a scan */
+	uint32_t top;		/* the highest code */
+	int index_of[XY3_AXES];	/* of an axis in a scan; -1: not there */
+
+	const struct shape *shape;	/* or NULL: a file */
+	double size;		/* radius of the circle, 0 to 1 */
+	unsigned long points;	/* scans of one round */
+	unsigned long left;	/* scans of a shape that are still to come; ULONG_MAX: for ever */
+	unsigned long done;
+
+	const char *name;	/* of the file */
+	FILE *file;
+	bool raw;
+	bool codes;		/* numbers are codes, not -1 to 1 */
+	unsigned long line;
+};
+
+/*
+ * The next scans, up to count. Return how many, 0 at the end, or -1: then it has said what is
+ * wrong with the file.
+ */
+long scans_next(struct scans *scans, uint32_t *codes, size_t count);
+
+#endif /* SCANS_H */

@@ -1,0 +1,316 @@
+// SPDX-License-Identifier: GPL-2.0-only
+/*
+ * xy3ctl stream: scans, one after another, at a steady rate.
+ */
+#include <errno.h>
+#include <json-c/json.h>
+#include <libxy3.h>
+#include <limits.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "cli.h"
+#include "forward.h"
+#include "scans.h"
+#include "shape.h"
+#include "verbs.h"
+
+#define SPEED 0.002		/* from one scan of a shape to the next, as figure.py has it */
+#define PIECE 1024		/* scans of a write: 10 ms at 100 000 frames/s */
+
+struct settings {
+	struct cli_common common;
+	struct forward_settings forward;
+	const char *source;
+	double size;
+	unsigned long points;
+	unsigned long repeat;
+	bool repeat_for_ever;
+	bool raw;
+	bool codes;
+};
+
+enum { KEY_SIZE = 0x100, KEY_POINTS, KEY_REPEAT, KEY_RAW, KEY_CODES };
+
+static const struct argp_option options[] = {
+	{ "size", KEY_SIZE, "PART", 0, "Radius of a shape's circle, from 0 to 1 (0.9)", 0 },
+	{ "points", KEY_POINTS, "NUMBER", 0, "Scans of a shape; few make it fast and rough", 0 },
+	{ "repeat", KEY_REPEAT, "NUMBER", 0, "Draw a shape so often; 0: until interrupted (1)", 0 },
+	{ "codes", KEY_CODES, NULL, 0, "Numbers of FILE are codes, not -1 to 1", 1 },
+	{ "raw", KEY_RAW, NULL, 0,
+	  "FILE has codes of 32 bits, least significant byte first, one for each axis", 1 },
+	{ 0 }
+};
+
+static double number_of(const char *text, struct argp_state *state)
+{
+	char *end;
+	double number = strtod(text, &end);
+
+	if (end == text || *end || !(number >= 0 && number <= 1e9))
+		argp_error(state, "%s is no number that makes sense here", text);
+	return number;
+}
+
+static error_t parse(int key, char *argument, struct argp_state *state)
+{
+	struct settings *settings = state->input;
+
+	switch (key) {
+	case ARGP_KEY_INIT:
+		state->child_inputs[FORWARD_CHILD_COMMON] = &settings->common;
+		state->child_inputs[FORWARD_CHILD_FORWARD] = &settings->forward;
+		return 0;
+	case KEY_SIZE:
+		settings->size = number_of(argument, state);
+		if (settings->size > 1)
+			argp_error(state, "a shape's size is at most 1");
+		return 0;
+	case KEY_POINTS:
+		settings->points = number_of(argument, state);
+		if (settings->points < 1)
+			argp_error(state, "a shape has at least one point");
+		return 0;
+	case KEY_REPEAT:
+		settings->repeat = number_of(argument, state);
+		settings->repeat_for_ever = !settings->repeat;
+		return 0;
+	case KEY_RAW:
+		settings->raw = true;
+		return 0;
+	case KEY_CODES:
+		settings->codes = true;
+		return 0;
+	case ARGP_KEY_ARG:
+		if (settings->source)
+			argp_error(state, "one FILE or shape is enough");
+		settings->source = argument;
+		return 0;
+	case ARGP_KEY_NO_ARGS:
+		argp_error(state, "stream what?");
+		return 0;
+	}
+	return ARGP_ERR_UNKNOWN;
+}
+
+static const struct argp argp = {
+	.options = options, .parser = parse, .children = forward_children,
+	.args_doc = "{circle|square|grid|FILE}",
+	.doc = "Stream scans to a scanhead: a shape, or those of a file."
+	       "\v"
+	       "FILE, which is standard input when it is -, has a scan a line: numbers from -1 to "
+	       "1 "
+	       "with blanks or commas between, X first; axes that a line leaves out are in the "
+	       "middle. Empty lines and those that begin with # are left out. The stream ends when "
+	       "the last scan has been sent, or after SIGINT when those have been sent that were "
+	       "taken; the mirrors stay where they are then. At the end it tells how many scans "
+	       "have "
+	       "been sent, and how often the program was late (underruns). Nothing of this is an "
+	       "interlock for a laser.",
+};
+
+static double now(void)
+{
+	struct timespec time;
+
+	clock_gettime(CLOCK_MONOTONIC, &time);
+	return time.tv_sec + time.tv_nsec / 1e9;
+}
+
+/* ---- progress, for people ---- */
+
+struct progress {
+	bool wanted;
+	double total;		/* 0: not known */
+	double next;		/* when to show it again */
+};
+
+static void progress_show(struct progress *progress, double done, unsigned long scans, long rate)
+{
+	static const char bar[] = "########################################";
+	int width = sizeof(bar) - 1;
+
+	if (!progress->wanted || now() < progress->next)
+		return;
+	progress->next = now() + 0.1;
+	if (progress->total > 0)
+		fprintf(stderr, "\r[%-*.*s] %3.0f %%  ", width,
+			(int)(width * fmin(done / progress->total, 1)), bar,
+			100 * fmin(done / progress->total, 1));
+	else
+		fputc('\r', stderr);
+	fprintf(stderr, "%lu scans, %ld frames/s ", scans, rate);
+}
+
+static void progress_end(const struct progress *progress)
+{
+	if (progress->wanted)
+		fprintf(stderr, "\r\033[K");
+}
+
+/* ---- the stream ---- */
+
+struct result {
+	unsigned long scans;
+	long achieved;		/* the highest that was seen in half a second; 0: not known */
+	double seconds;
+};
+
+/* How far the source is, in what its total is counted in */
+static double done_of(const struct scans *scans)
+{
+	return scans->shape ? (double)scans->done : (double)ftell(scans->file);
+}
+
+/* Return an enum cli_status */
+static int write_piece(struct forward *forward, const uint32_t *codes, size_t count,
+		       struct result *result)
+{
+	size_t written;
+	int status;
+
+	for (; count && !cli_interrupted(); count -= written) {
+		status = forward_write(forward, codes, count, &written);
+		if (status)
+			return status;
+		codes += written * forward_axes(forward);
+		result->scans += written;
+	}
+	return CLI_OK;
+}
+
+static int pump(struct forward *forward, struct scans *scans, struct progress *progress,
+		struct result *result)
+{
+	static uint32_t codes[PIECE * XY3_AXES];
+	int status = CLI_OK;
+	long count, rate;
+
+	while (!status && !cli_interrupted()) {
+		count = scans_next(scans, codes, PIECE);
+		if (count <= 0)
+			return count ? CLI_FAILURE : CLI_OK;
+		status = write_piece(forward, codes, count, result);
+		rate = forward_achieved(forward);
+		if (rate > result->achieved)
+			result->achieved = rate;
+		progress_show(progress, done_of(scans), result->scans, rate);
+	}
+	return status;
+}
+
+static int report(const struct settings *settings, const struct forward *forward,
+		  const struct result *result)
+{
+	long underruns = forward_underruns(forward);
+	struct json_object *document;
+
+	if (settings->common.json) {
+		document = cli_json_new("stream");
+		cli_json_text(document, "head", forward_name(forward));
+		cli_json_number(document, "scans", result->scans);
+		json_object_object_add(document, "seconds",
+				       json_object_new_double(round(result->seconds * 1e3) / 1e3));
+		cli_json_number(document, "rate", forward_rate(forward));
+		json_object_object_add(document, "achieved", result->achieved ?
+				       json_object_new_int64(result->achieved) : NULL);
+		json_object_object_add(document, "underruns", underruns < 0 ? NULL :
+				       json_object_new_int64(underruns));
+		return cli_json_print(document);
+	}
+	printf("%lu scans in %.2f s", result->scans, result->seconds);
+	if (result->achieved)
+		printf(", %ld of %ld frames/s", result->achieved, forward_rate(forward));
+	if (underruns >= 0)
+		printf(", %ld underruns", underruns);
+	putchar('\n');
+	return CLI_OK;
+}
+
+static int stream(const struct settings *settings, struct forward *forward, struct scans *scans,
+		  struct progress *progress)
+{
+	struct result result = { 0 };
+	double start;
+	int status, end;
+
+	status = forward_start(forward);
+	if (status)
+		return status;
+	cli_catch_signals();
+	start = now();
+	status = pump(forward, scans, progress, &result);
+	/* also after an error: what was taken is sent, and nothing runs on */
+	end = status == CLI_NO_DEVICE ? status : forward_stop(forward);
+	result.seconds = now() - start;
+	progress_end(progress);
+	if (end)
+		return end;
+	report(settings, forward, &result);
+	return status;
+}
+
+/* ---- what to stream ---- */
+
+static int open_file(const struct settings *settings, struct scans *scans,
+		     struct progress *progress)
+{
+	struct stat about;
+
+	scans->name = settings->source;
+	scans->raw = settings->raw;
+	scans->codes = settings->codes;
+	scans->file = strcmp(settings->source, "-") ? fopen(settings->source, "re") : stdin;
+	if (!scans->file)
+		return cli_errno(errno, "%s", settings->source);
+	if (!fstat(fileno(scans->file), &about) && S_ISREG(about.st_mode))
+		progress->total = about.st_size;
+	return CLI_OK;
+}
+
+static int open_shape(const struct settings *settings, struct scans *scans,
+		      struct progress *progress)
+{
+	if (settings->raw || settings->codes)
+		return cli_usage("--raw and --codes are of a FILE");
+	scans->size = settings->size;
+	scans->points = settings->points ?:
+			ceil(scans->shape->length * settings->size / SPEED) ?: 1;
+	/* and once more where it began */
+	scans->left = settings->repeat_for_ever ? ULONG_MAX : settings->repeat * scans->points + 1;
+	progress->total = settings->repeat_for_ever ? 0 : scans->left;
+	return CLI_OK;
+}
+
+int stream_verb(int argc, char **argv)
+{
+	struct settings settings = { .size = 0.9, .repeat = 1 };
+	struct progress progress = { 0 };
+	struct scans scans = { 0 };
+	struct forward *forward;
+	int status;
+
+	argp_parse(&argp, argc, argv, 0, NULL, &settings);
+	progress.wanted = cli_is_terminal(STDERR_FILENO) && !settings.common.json;
+	scans.shape = shape_find(settings.source);
+	status = scans.shape ? open_shape(&settings, &scans, &progress) :
+			       open_file(&settings, &scans, &progress);
+	if (status)
+		return status;
+	status = forward_open(&forward, &settings.forward, settings.common.device);
+	if (status)
+		return status;
+	scans.axes = forward_axes(forward);
+	scans.top = forward_top(forward);
+	for (unsigned int axis = 0; axis < XY3_AXES; axis++)
+		scans.index_of[axis] = -1;
+	for (unsigned int i = 0; i < scans.axes; i++)
+		scans.index_of[forward_axis(forward, i)] = i;
+	status = stream(&settings, forward, &scans, &progress);
+	forward_close(forward);
+	return status;
+}

@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: GPL-2.0-only
+/*
+ * xy3ctl watch: what a head tells, as it tells it.
+ *
+ * Errors, sync and identity wake us by the head's uevents; the rest is looked at every so often.
+ */
+#include <errno.h>
+#include <json-c/json.h>
+#include <libudev.h>
+#include <limits.h>
+#include <poll.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "cli.h"
+#include "telemetry.h"
+#include "verbs.h"
+
+struct settings {
+	struct cli_common common;
+	double interval;	/* seconds */
+	double timeout;		/* seconds, 0: for ever */
+	long count;		/* changes, 0: all */
+};
+
+static const struct argp_option options[] = {
+	{ "interval", 'i', "SECONDS", 0, "Look at temperatures and hours this often (1)", 0 },
+	{ "count", 'c', "NUMBER", 0, "End after so many lines, or pictures", 0 },
+	{ "timeout", 't', "SECONDS", 0, "End after this time", 0 },
+	{ 0 }
+};
+
+static double number_of(const char *text, struct argp_state *state)
+{
+	char *end;
+	double number = strtod(text, &end);
+
+	if (end == text || *end || !(number > 0 && number < 1e6))
+		argp_error(state, "%s is no positive number", text);
+	return number;
+}
+
+static error_t parse(int key, char *argument, struct argp_state *state)
+{
+	struct settings *settings = state->input;
+
+	switch (key) {
+	case ARGP_KEY_INIT:
+		state->child_inputs[0] = &settings->common;
+		return 0;
+	case 'i':
+		settings->interval = number_of(argument, state);
+		return 0;
+	case 'c':
+		settings->count = number_of(argument, state);
+		return 0;
+	case 't':
+		settings->timeout = number_of(argument, state);
+		return 0;
+	}
+	return ARGP_ERR_UNKNOWN;
+}
+
+static const struct argp argp = {
+	.options = options, .parser = parse, .children = cli_children,
+	.doc = "Watch a scanhead: a picture on a terminal, else a line for each thing that changes."
+	       "\v"
+	       "A line is the time of day, the name and the value, which is a dash when the head "
+	       "has "
+	       "stopped telling it; all that is known comes first. With --json a line is an object "
+	       "with the members name and value. Temperatures are looked at once in an interval; "
+	       "errors and sync come at once. It ends with status 3 when the head goes, and with 0 "
+	       "when it is interrupted.",
+};
+
+static double now(void)
+{
+	struct timespec time;
+
+	clock_gettime(CLOCK_MONOTONIC, &time);
+	return time.tv_sec + time.tv_nsec / 1e9;
+}
+
+static void print_change(const struct settings *settings, const struct head *head,
+			 const struct fact *fact)
+{
+	struct json_object *document;
+	char text[16];
+	time_t seconds = time(NULL);
+
+	if (settings->common.json) {
+		document = cli_json_new("watch");
+		cli_json_text(document, "head", head->name);
+		cli_json_number(document, "time", seconds);
+		cli_json_text(document, "name", fact->name);
+		json_object_object_add(document, "value", fact_json(fact));
+		cli_json_print(document);
+		return;
+	}
+	strftime(text, sizeof(text), "%H:%M:%S", localtime(&seconds));
+	printf("%s %s %s\n", text, fact->name, fact->value[0] ? fact->value : "-");
+	fflush(stdout);
+}
+
+/* Return how many lines have been printed, no more than most */
+static long print_changes(const struct settings *settings, const struct head *head,
+			  const struct telemetry *before, const struct telemetry *after, long most)
+{
+	long lines = 0;
+
+	for (unsigned int i = 0; i < FACTS && lines < most; i++) {
+		if (strcmp(before->facts[i].value, after->facts[i].value)) {
+			print_change(settings, head, &after->facts[i]);
+			lines++;
+		}
+	}
+	return lines;
+}
+
+static void print_picture(const struct head *head, const struct telemetry *telemetry)
+{
+	printf("\033[H\033[2J");
+	telemetry_print(head, telemetry);
+	fflush(stdout);
+}
+
+/* Until a uevent of a head, a signal, or the time has come */
+static void wait_for_news(struct udev_monitor *monitor, double seconds)
+{
+	struct pollfd file = { .fd = udev_monitor_get_fd(monitor), .events = POLLIN };
+	struct udev_device *device;
+
+	if (poll(&file, 1, seconds * 1000 + 1) <= 0)
+		return;
+	while ((device = udev_monitor_receive_device(monitor)))
+		udev_device_unref(device);
+}
+
+static int watch(const struct settings *settings, struct head *head, struct udev_monitor *monitor)
+{
+	bool picture = cli_is_terminal(STDOUT_FILENO) && !settings->common.json;
+	double end = settings->timeout ? now() + settings->timeout : 0, rest;
+	long left = settings->count ?: LONG_MAX;
+	struct telemetry before = { 0 }, after;
+
+	while (!cli_interrupted()) {
+		/* a transport may have come or gone */
+		if (head_find(head, head->name))
+			return CLI_NO_DEVICE;
+		if (telemetry_read(head, &after))
+			return cli_no_device("%s has gone", head->name);
+		if (picture)
+			print_picture(head, &after);
+		left -= picture ? 1 : print_changes(settings, head, &before, &after, left);
+		before = after;
+		rest = end ? end - now() : settings->interval;
+		if (left <= 0 || rest <= 0)
+			break;
+		wait_for_news(monitor, rest < settings->interval ? rest : settings->interval);
+	}
+	return CLI_OK;
+}
+
+int watch_verb(int argc, char **argv)
+{
+	struct settings settings = { .interval = 1 };
+	struct udev_monitor *monitor;
+	struct udev *udev;
+	struct head head;
+	int status;
+
+	argp_parse(&argp, argc, argv, 0, NULL, &settings);
+	status = head_find(&head, settings.common.device);
+	if (status)
+		return status;
+	udev = udev_new();
+	/* the kernel's own: udevd may be slow, or not there */
+	monitor = udev ? udev_monitor_new_from_netlink(udev, "kernel") : NULL;
+	if (!monitor)
+		return cli_errno(errno, "events of the kernel");
+	udev_monitor_filter_add_match_subsystem_devtype(monitor, "xy3", NULL);
+	status = udev_monitor_enable_receiving(monitor);
+	if (status < 0)
+		return cli_errno(status, "events of the kernel");
+	cli_catch_signals();
+	status = watch(&settings, &head, monitor);
+	udev_monitor_unref(monitor);
+	udev_unref(udev);
+	return status;
+}
