@@ -185,7 +185,7 @@ int command_verb(int argc, char **argv)
 	const struct command *command;
 	struct json_object *document;
 	char argument[64];
-	const char *name;
+	const char *name = NULL;
 	uint32_t code = 0;
 	int status;
 
