@@ -17,6 +17,7 @@ static const struct cli_verb verbs[] = {
 	{ "stream", "stream scans to it: shapes, or a file", stream_verb },
 	{ "attach", "make a UART the backchannel of a head", attach_verb },
 	{ "detach", "end that", detach_verb },
+	{ "doctor", "look for what keeps one from working", doctor_verb },
 	{ 0 }
 };
 

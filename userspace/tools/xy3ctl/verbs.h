@@ -12,5 +12,6 @@ int goto_verb(int argc, char **argv);
 int stream_verb(int argc, char **argv);
 int attach_verb(int argc, char **argv);
 int detach_verb(int argc, char **argv);
+int doctor_verb(int argc, char **argv);
 
 #endif /* VERBS_H */

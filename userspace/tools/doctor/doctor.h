@@ -1,0 +1,84 @@
+/* SPDX-License-Identifier: GPL-2.0-only */
+/*
+ * The verb doctor of both tools: look for what keeps a device from working, and say what mends it.
+ *
+ * It only reads. A check looks at one thing and says, once or for each device, how it is: by
+ * doctor_ok(), doctor_found() or doctor_skip(). All paths are below a root, so that a test can
+ * give it a tree that it has made.
+ */
+#ifndef DOCTOR_H
+#define DOCTOR_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <sys/types.h>
+
+struct doctor;
+
+struct doctor_check {
+	const char *id;		/* stable: scripts may look for it */
+	const char *what;	/* for the list in --help */
+	void (*look)(struct doctor *doctor);
+};
+
+/* A driver whose installation is looked at */
+struct doctor_driver {
+	const char *module;	/* as modprobe has it: hid-xhc */
+	const char *sysfs;	/* as /sys/module has it: hid_xhc */
+};
+
+struct doctor_tool {
+	const struct doctor_driver *drivers;	/* with an empty one behind the last */
+	const char *rules;			/* udev's file */
+	const struct doctor_check *checks;	/* of its own; with an empty one behind the last */
+};
+
+/* What main() gives the verb's arguments to. Return an enum cli_status: CLI_FAILURE when found. */
+int doctor_run(const struct doctor_tool *tool, int argc, char **argv);
+
+/* ---- for checks ---- */
+
+const struct doctor_tool *doctor_tool_of(const struct doctor *doctor);
+/* The release of the running kernel */
+const char *doctor_kernel(const struct doctor *doctor);
+/* Whether device is the one that --device has named, or none was */
+bool doctor_wants(const struct doctor *doctor, const char *device);
+
+void doctor_ok(struct doctor *doctor, const char *format, ...)
+	__attribute__((format(printf, 2, 3)));
+void doctor_skip(struct doctor *doctor, const char *format, ...)
+	__attribute__((format(printf, 2, 3)));
+/* mend: lines for a shell, or words for people who have to use their hands */
+void doctor_found(struct doctor *doctor, const char *mend, const char *format, ...)
+	__attribute__((format(printf, 3, 4)));
+
+/* A path below the root, good until the eighth next call */
+const char *doctor_path(struct doctor *doctor, const char *format, ...)
+	__attribute__((format(printf, 2, 3)));
+bool doctor_exists(struct doctor *doctor, const char *path);
+/* A file's first bytes, without a newline at the end. Return the length, or a negative errno. */
+int doctor_read(struct doctor *doctor, char *text, size_t size, const char *path);
+/* A number in a file; -1 when there is none */
+long long doctor_number(struct doctor *doctor, const char *path);
+/* The last part of where a link points to; "" when it is no link */
+void doctor_link(struct doctor *doctor, char *name, size_t size, const char *path);
+
+/* Call look(doctor, path) for each path that fits the pattern. Return how many. */
+int doctor_each(struct doctor *doctor, const char *pattern,
+		void (*look)(struct doctor *doctor, const char *path));
+
+/*
+ * Who has a device node open, beside this process: the first one's name and number, as far as
+ * /proc tells it. Return whether there is one.
+ */
+bool doctor_holder(struct doctor *doctor, const char *node, char *name, size_t size, pid_t *pid);
+
+/* Whether the group dialout may read and write: a node, or with write alone an attribute */
+void doctor_access(struct doctor *doctor, const char *path, bool read, const char *device);
+
+/* The checks of installation, which both tools have; with an empty one behind the last */
+extern const struct doctor_check doctor_install_checks[];
+extern const struct doctor_tool doctor_pendant;
+extern const struct doctor_tool doctor_head;
+
+#endif /* DOCTOR_H */

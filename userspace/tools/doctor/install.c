@@ -1,0 +1,281 @@
+// SPDX-License-Identifier: GPL-2.0-only
+/*
+ * Is it installed? Headers, DKMS, modules, signatures, udev's rules: checks of both tools.
+ */
+#include <limits.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "cli.h"
+#include "doctor.h"
+
+#define NAME "xhc-xy3"		/* dkms.conf's PACKAGE_NAME */
+
+/* ---- the module's file ---- */
+
+/*
+ * Where modules.dep has a module of the running kernel, below the kernel's folder: "" when it has
+ * none.
+ */
+static void find_module(struct doctor *doctor, const char *module, char *path, size_t size)
+{
+	char wanted[64], *line = NULL;
+	size_t room = 0;
+	FILE *file = fopen(doctor_path(doctor, "/lib/modules/%s/modules.dep",
+				       doctor_kernel(doctor)), "re");
+
+	path[0] = '\0';
+	if (!file)
+		return;
+	snprintf(wanted, sizeof(wanted), "/%s.ko", module);
+	while (getline(&line, &room, file) >= 0) {
+		line[strcspn(line, ":")] = '\0';
+		if (strstr(line, wanted)) {
+			snprintf(path, size, "%s", line);
+			break;
+		}
+	}
+	free(line);
+	fclose(file);
+}
+
+static bool is_loaded(struct doctor *doctor, const struct doctor_driver *driver)
+{
+	char path[PATH_MAX];
+
+	snprintf(path, sizeof(path), "/sys/module/%s", driver->sysfs);
+	return doctor_exists(doctor, path);
+}
+
+/* ---- headers ---- */
+
+static void look_headers(struct doctor *doctor)
+{
+	const char *kernel = doctor_kernel(doctor);
+	char path[PATH_MAX], mend[256];
+
+	snprintf(path, sizeof(path), "/lib/modules/%s/build/Makefile", kernel);
+	if (doctor_exists(doctor, path)) {
+		doctor_ok(doctor, "of kernel %s are there", kernel);
+		return;
+	}
+	snprintf(mend, sizeof(mend), "sudo apt install linux-headers-%s", kernel);
+	doctor_found(doctor, mend, "of kernel %s are missing: no driver can be built for it",
+		     kernel);
+}
+
+/* ---- DKMS ---- */
+
+struct states {
+	bool installed;		/* for the running kernel */
+	char version[32];	/* the newest that is there */
+};
+
+static struct states dkms;
+
+/* /var/lib/dkms/NAME/VERSION; and NAME/kernel-RELEASE-MACHINE beside it for what is installed */
+static void take_state(struct doctor *doctor, const char *path)
+{
+	const char *name = strrchr(path, '/') + 1;
+	size_t length = strlen(doctor_kernel(doctor));
+
+	if (strncmp(name, "kernel-", 7))
+		snprintf(dkms.version, sizeof(dkms.version), "%s", name);
+	else if (!strncmp(name + 7, doctor_kernel(doctor), length) && name[7 + length] == '-')
+		dkms.installed = true;
+}
+
+static void look_dkms(struct doctor *doctor)
+{
+	const char *kernel = doctor_kernel(doctor);
+	char mend[512], path[PATH_MAX];
+
+	memset(&dkms, 0, sizeof(dkms));
+	doctor_each(doctor, "/var/lib/dkms/" NAME "/*", take_state);
+	if (!dkms.version[0]) {
+		doctor_skip(doctor, NAME " is not installed by DKMS");
+		return;
+	}
+	if (dkms.installed) {
+		doctor_ok(doctor, NAME "/%s is installed for %s", dkms.version, kernel);
+		return;
+	}
+	snprintf(mend, sizeof(mend), "sudo dkms install " NAME "/%s -k %s", dkms.version, kernel);
+	snprintf(path, sizeof(path), "/var/lib/dkms/" NAME "/%s/build/make.log", dkms.version);
+	doctor_found(doctor, mend, NAME "/%s is there, but not built and installed for kernel "
+		"%s%s%s",
+		     dkms.version, kernel, doctor_exists(doctor, path) ? "; why: " : "",
+		     doctor_exists(doctor, path) ? path : "");
+}
+
+/* ---- modules ---- */
+
+static void look_module(struct doctor *doctor, const struct doctor_driver *driver)
+{
+	char path[PATH_MAX], mend[256];
+
+	find_module(doctor, driver->module, path, sizeof(path));
+	if (path[0] || is_loaded(doctor, driver)) {
+		doctor_ok(doctor, "%s is there%s", driver->module,
+			  is_loaded(doctor, driver) ? " and loaded" : "");
+		return;
+	}
+	snprintf(mend, sizeof(mend), "sudo dkms autoinstall -k %s && sudo depmod",
+		 doctor_kernel(doctor));
+	doctor_found(doctor, mend, "kernel %s has no module %s", doctor_kernel(doctor),
+		     driver->module);
+}
+
+static void look_modules(struct doctor *doctor)
+{
+	const struct doctor_driver *driver = doctor_tool_of(doctor)->drivers;
+
+	for (; driver->module; driver++)
+		look_module(doctor, driver);
+}
+
+static void look_version(struct doctor *doctor)
+{
+	const struct doctor_driver *driver = doctor_tool_of(doctor)->drivers;
+	char path[PATH_MAX], version[64], mend[256];
+
+	for (; driver->module; driver++) {
+		snprintf(path, sizeof(path), "/sys/module/%s/version", driver->sysfs);
+		if (doctor_read(doctor, version, sizeof(version), path) < 0) {
+			doctor_skip(doctor, "%s is not loaded", driver->module);
+		} else if (strcmp(version, VERSION)) {
+			snprintf(mend, sizeof(mend), "sudo modprobe -r %s && sudo modprobe %s",
+				 driver->module, driver->module);
+			doctor_found(doctor, mend, "%s %s is loaded, and this tool is %s",
+				     driver->module, version, VERSION);
+		} else {
+			doctor_ok(doctor, "%s %s is loaded", driver->module, version);
+		}
+	}
+}
+
+/* ---- Secure Boot ---- */
+
+/* What a kernel appends to a signed module (scripts/sign-file.c) */
+static const char signature_mark[] = "~Module signature appended~\n";
+
+/* 1: signed, 0: not signed, -1: it cannot be told, as the file is compressed or not there */
+static int is_signed(struct doctor *doctor, const char *path)
+{
+	const size_t size = sizeof(signature_mark) - 1;
+	char end[sizeof(signature_mark)] = "";
+	size_t length = strlen(path);
+	bool result;
+	FILE *file;
+
+	if (length < 3 || strcmp(path + length - 3, ".ko"))
+		return -1;
+	file = fopen(doctor_path(doctor, "/lib/modules/%s/%s", doctor_kernel(doctor), path), "re");
+	if (!file)
+		return -1;
+	result = !fseek(file, -(long)size, SEEK_END) && fread(end, 1, size, file) == size &&
+		 !memcmp(end, signature_mark, size);
+	fclose(file);
+	return result;
+}
+
+/* Whether the kernel takes signed modules only, and who says so */
+static const char *enforced_by(struct doctor *doctor)
+{
+	static const char variable[] = "/sys/firmware/efi/efivars/"
+		"SecureBoot-8be4df61-93ca-11d2-aa0d-00e098032b8c";
+	static const char parameter[] = "/sys/module/module/parameters/sig_enforce";
+	char text[128];
+
+	/* four bytes of attributes, then the value */
+	if (doctor_read(doctor, text, sizeof(text), variable) == 5 && text[4] == 1)
+		return "Secure Boot is on";
+	if (doctor_read(doctor, text, sizeof(text), parameter) > 0 && text[0] == 'Y')
+		return "the kernel was started with module.sig_enforce";
+	if (doctor_read(doctor, text, sizeof(text), "/sys/kernel/security/lockdown") > 0 &&
+	    !strstr(text, "[none]"))
+		return "the kernel is locked down";
+	return NULL;
+}
+
+static void look_signature(struct doctor *doctor)
+{
+	static const char enrol[] = "sudo mokutil --import /var/lib/dkms/mok.pub   "
+		"# then restart, and choose Enroll MOK";
+	static const char sign[] = "sudo mokutil --import /var/lib/dkms/mok.pub && "
+		"sudo dkms install --force " NAME "/" VERSION "   # then restart, and choose "
+		"Enroll MOK";
+	const struct doctor_driver *driver = doctor_tool_of(doctor)->drivers;
+	const char *who = enforced_by(doctor);
+	char path[PATH_MAX];
+	int answer;
+
+	if (!who) {
+		doctor_ok(doctor, "the kernel asks for no signatures");
+		return;
+	}
+	for (; driver->module; driver++) {
+		if (is_loaded(doctor, driver)) {
+			doctor_ok(doctor, "%s, and it has taken %s", who, driver->module);
+			continue;
+		}
+		find_module(doctor, driver->module, path, sizeof(path));
+		if (!path[0]) {
+			doctor_skip(doctor, "%s, and there is no %s", who, driver->module);
+			continue;
+		}
+		answer = is_signed(doctor, path);
+		if (!answer)
+			doctor_found(doctor, sign, "%s, and %s is not signed: it is refused", who,
+				     driver->module);
+		else
+			doctor_found(doctor, enrol, "%s, and %s is not loaded: it is refused if "
+				"its "
+				     "key is not enrolled (`mokutil --test-key "
+				     "/var/lib/dkms/mok.pub' tells)", who, driver->module);
+	}
+}
+
+/* ---- udev ---- */
+
+static void look_rules(struct doctor *doctor)
+{
+	/* the first that has the file is the one that counts (udev(7)) */
+	static const char *const folders[] = {
+		"/etc/udev/rules.d", "/run/udev/rules.d", "/usr/local/lib/udev/rules.d",
+		"/usr/lib/udev/rules.d", "/lib/udev/rules.d",
+	};
+	const char *name = doctor_tool_of(doctor)->rules;
+	char path[PATH_MAX], mend[PATH_MAX + 64];
+	struct stat about;
+
+	for (size_t i = 0; i < ARRAY_SIZE(folders); i++) {
+		snprintf(path, sizeof(path), "%s/%s", folders[i], name);
+		if (stat(doctor_path(doctor, "%s", path), &about))
+			continue;
+		/* the usual way to switch one off: empty, or a link to /dev/null */
+		if (!S_ISREG(about.st_mode) || !about.st_size) {
+			snprintf(mend, sizeof(mend), "sudo rm %s && sudo udevadm control --reload",
+				 path);
+			doctor_found(doctor, mend, "%s switches the rules off", path);
+		} else {
+			doctor_ok(doctor, "%s", path);
+		}
+		return;
+	}
+	doctor_found(doctor, "sudo apt install --reinstall xhc-xy3-dkms   # or, in the source: "
+		     "sudo make install",
+		     "%s is missing: no names, and no access without root", name);
+}
+
+const struct doctor_check doctor_install_checks[] = {
+	{ "headers", "those of the running kernel", look_headers },
+	{ "dkms", "its state", look_dkms },
+	{ "module", "is it there for the running kernel", look_modules },
+	{ "version", "is the loaded module the tool's", look_version },
+	{ "signature", "Secure Boot, and a module that it refuses", look_signature },
+	{ "rules", "udev's", look_rules },
+	{ 0 }
+};
