@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: GPL-2.0-only
+/*
+ * xhcctl doctor: what keeps a pendant from working.
+ */
+#include "doctor.h"
+#include "verbs.h"
+
+int doctor_verb(int argc, char **argv)
+{
+	return doctor_run(&doctor_pendant, argc, argv);
+}

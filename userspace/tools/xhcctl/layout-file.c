@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: GPL-2.0-only
+/*
+ * Files of keycap layouts, and the entry of udev's hwdb that is made from one. See layout.h.
+ */
+#include <ctype.h>
+#include <errno.h>
+#include <libevdev/libevdev.h>
+#include <limits.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli.h"
+#include "layout.h"
+
+/* The models' own, as the document on these pendants has them */
+static const struct {
+	const char *model, *layout;
+} usual[] = {
+	{ "HB03", "hb03" },
+	{ "HB04", "hb04-18" },
+	{ NULL, "none" }
+};
+
+const char *const *layout_folders(void)
+{
+	static const char *folders[3];
+	size_t count = 0;
+
+	if (getenv("XHC_LAYOUTS"))
+		folders[count++] = getenv("XHC_LAYOUTS");
+	folders[count++] = DATADIR "/layouts";
+	folders[count] = NULL;
+	return folders;
+}
+
+bool layout_name_ok(const char *name)
+{
+	if (!isalnum((unsigned char)*name) || strlen(name) >= sizeof(((struct layout *)0)->name))
+		return false;
+	for (; *name; name++) {
+		if (!isalnum((unsigned char)*name) && !strchr("._+-", *name))
+			return false;
+	}
+	return true;
+}
+
+static bool printable(const char *text)
+{
+	for (; *text; text++) {
+		if (*text < 0x20 || *text > 0x7e)
+			return false;
+	}
+	return true;
+}
+
+/* Return false when it is empty, too long or not ASCII. */
+static bool take(char *to, size_t size, const char *from)
+{
+	if (!*from || strlen(from) >= size || !printable(from))
+		return false;
+	memcpy(to, from, strlen(from) + 1);
+	return true;
+}
+
+static const char *take_key(struct layout *layout, char *const *field, unsigned int *last)
+{
+	struct layout_key *key;
+	unsigned long code;
+	char *end;
+
+	code = strtoul(field[0], &end, 16);
+	if (strlen(field[0]) != 2 || *end || !isxdigit((unsigned char)field[0][0]))
+		return "a key's code has two hexadecimal digits";
+	if (!code || code > LAYOUT_KEYS)
+		return "keys have the codes 01 to 17";
+	if (code <= *last)
+		return "codes ascend";
+	*last = code;
+	key = &layout->key[code];
+	if (!take(key->caption, sizeof(key->caption), field[1]))
+		return "a caption is 1 to 31 ASCII characters";
+	if (!strcmp(field[2], "-"))
+		return NULL;
+	if (!take(key->code, sizeof(key->code), field[2]) ||
+	    libevdev_event_code_from_name(EV_KEY, key->code) < 0)
+		return "no such code in <linux/input-event-codes.h>";
+	return NULL;
+}
+
+/* Return what is wrong with a line, NULL when nothing is. last: the code of the key before. */
+static const char *take_line(struct layout *layout, char *line, unsigned int *last)
+{
+	char *field[3] = { 0 };
+	size_t count = 0;
+
+	for (char *rest = line; rest; count++) {
+		if (count == 3)
+			return "more than three fields";
+		field[count] = strsep(&rest, "\t");
+	}
+	if (!strcmp(field[0], "title"))
+		return count == 2 && take(layout->title, sizeof(layout->title), field[1]) ?
+		       NULL : "title and a text are wanted";
+	if (!strcmp(field[0], "match"))
+		return count == 2 && take(layout->match, sizeof(layout->match), field[1]) ?
+		       NULL : "match and a pattern are wanted";
+	if (count != 3)
+		return "a code, a caption and a key's name or - are wanted";
+	if (!*layout->title || !*layout->match)
+		return "title and match come first";
+	return take_key(layout, field, last);
+}
+
+static int read_stream(FILE *stream, const char *path, struct layout *layout)
+{
+	unsigned int number = 0, last = 0;
+	const char *wrong = NULL;
+	char line[256];
+
+	while (!wrong && fgets(line, sizeof(line), stream)) {
+		number++;
+		if (strlen(line) == sizeof(line) - 1)
+			wrong = "the line is too long";
+		line[strcspn(line, "\n")] = '\0';
+		if (!wrong && line[0] != '#')
+			wrong = take_line(layout, line, &last);
+	}
+	if (wrong)
+		return cli_error("%s:%u: %s", path, number, wrong);
+	if (ferror(stream))
+		return cli_errno(errno, "%s", path);
+	if (!last)
+		return cli_error("%s: no keys", path);
+	return CLI_OK;
+}
+
+int layout_read(const char *name, struct layout *layout)
+{
+	*layout = (struct layout){ 0 };
+	if (!layout_name_ok(name))
+		return cli_usage("no layout \"%s\"", name);
+	memcpy(layout->name, name, strlen(name) + 1);
+	for (const char *const *folder = layout_folders(); *folder; folder++) {
+		char path[PATH_MAX];
+		FILE *stream;
+		int status;
+
+		snprintf(path, sizeof(path), "%s/%s" LAYOUT_SUFFIX, *folder, name);
+		stream = fopen(path, "re");
+		if (!stream && errno == ENOENT)
+			continue;
+		if (!stream)
+			return cli_errno(errno, "%s", path);
+		status = read_stream(stream, path, layout);
+		fclose(stream);
+		return status;
+	}
+	return cli_usage("no layout \"%s\", see `%s layout list'", name, cli_tool_name());
+}
+
+const char *layout_name(const struct pendant *pendant)
+{
+	size_t i;
+
+	if (*pendant->layout)
+		return pendant->layout;
+	for (i = 0; usual[i].model && strcmp(pendant->model, usual[i].model); i++)
+		;
+	return usual[i].layout;
+}
+
+const char *layout_caption(const struct layout *layout, unsigned int scan)
+{
+	if (scan > LAYOUT_KEYS || !*layout->key[scan].caption)
+		return NULL;
+	return layout->key[scan].caption;
+}
+
+/* As udev names it: in lower case, without KEY_ */
+static void print_code(FILE *stream, unsigned int scan, const char *code)
+{
+	if (!*code) {
+		fprintf(stream, " KEYBOARD_KEY_%02x=btn_trigger_happy%u\n", scan, scan);
+		return;
+	}
+	if (!strncmp(code, "KEY_", 4))
+		code += 4;
+	fprintf(stream, " KEYBOARD_KEY_%02x=", scan);
+	for (; *code; code++)
+		fputc(tolower((unsigned char)*code), stream);
+	fputc('\n', stream);
+}
+
+void layout_entry(FILE *stream, const struct layout *layout, const struct pendant *pendant,
+		  bool captions)
+{
+	fprintf(stream, "# Keycap layout %s (%s), by %s layout\n", layout->name, layout->title,
+		cli_tool_name());
+	if (pendant)
+		fprintf(stream, "evdev:name:%s:phys:%s:*\n", pendant->input, pendant->phys);
+	else
+		fprintf(stream, "%s\n", layout->match);
+	fprintf(stream, " XHC_LAYOUT=%s\n", layout->name);
+	/*
+	 * Every key, also those that keep their code: udev would leave another layout's codes on
+	 * keys that are not listed.
+	 */
+	for (unsigned int scan = 1; scan <= LAYOUT_KEYS && !captions; scan++)
+		print_code(stream, scan, layout->key[scan].code);
+}

@@ -1,0 +1,50 @@
+/* SPDX-License-Identifier: GPL-2.0-only */
+/*
+ * Keycap layouts: what is printed on a pendant's keys. userspace/hwdb/README has the form of their
+ * files.
+ */
+#ifndef LAYOUT_H
+#define LAYOUT_H
+
+#include <stdio.h>
+
+#include "pendant.h"
+
+#define LAYOUT_SUFFIX	".layout"
+#define LAYOUT_KEYS	0x17	/* scan codes 01h..17h */
+
+struct layout_key {
+	char caption[32];	/* empty: the pendant has no such key */
+	char code[40];		/* KEY_STOP; empty: none fits */
+};
+
+struct layout {
+	char name[64];
+	char title[64];
+	char match[128];	/* udev's, for the pendants that have such keys */
+	struct layout_key key[LAYOUT_KEYS + 1];	/* by scan code */
+};
+
+/* The folders with layouts, in the order they are looked at; the last one is followed by NULL */
+const char *const *layout_folders(void);
+
+/* Could this be the name of one? It becomes the name of a file. */
+bool layout_name_ok(const char *name);
+
+/* Return CLI_OK; CLI_USAGE: there is none of this name; CLI_FAILURE: it makes no sense. */
+int layout_read(const char *name, struct layout *layout);
+
+/* Name of the layout whose captions are shown for a pendant: the chosen one, or its model's */
+const char *layout_name(const struct pendant *pendant);
+
+/* What is printed on a key, or NULL */
+const char *layout_caption(const struct layout *layout, unsigned int scan);
+
+/*
+ * The entry of udev's hwdb that chooses a layout. pendant: for this one alone, by where it is
+ * plugged in; NULL for all of the model. captions: leave the keys' codes as they are.
+ */
+void layout_entry(FILE *stream, const struct layout *layout, const struct pendant *pendant,
+		  bool captions);
+
+#endif /* LAYOUT_H */

@@ -1,0 +1,34 @@
+/* SPDX-License-Identifier: GPL-2.0-only */
+/*
+ * --count and --timeout of the verbs that go on until they are interrupted
+ */
+#ifndef LIMITS_H
+#define LIMITS_H
+
+#include <argp.h>
+#include <stdbool.h>
+#include <time.h>
+
+struct limits {
+	unsigned long count;	/* 0: none */
+	unsigned long seen;
+	double seconds;		/* 0: none */
+	struct timespec began;
+};
+
+/* The options' arguments; what makes no sense is a usage error and ends here */
+void limits_count(struct limits *limits, const char *text, const struct argp_state *state);
+void limits_timeout(struct limits *limits, const char *text, const struct argp_state *state);
+
+void limits_start(struct limits *limits);
+bool limits_reached(const struct limits *limits);
+bool limits_time_is_up(const struct limits *limits);
+/* How long to wait, at most so long, for poll() */
+int limits_wait_ms(const struct limits *limits, int most);
+/* What such an end means: a count that was not reached in time is a failure. */
+int limits_status(const struct limits *limits);
+
+/* Seconds from text; a usage error ends here. Also used for other times. */
+double parse_seconds(const char *text, const char *what, const struct argp_state *state);
+
+#endif /* LIMITS_H */

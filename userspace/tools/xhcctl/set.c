@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: GPL-2.0-only
+/*
+ * xhcctl set
+ */
+#include <errno.h>
+#include <json-c/json.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "fields.h"
+#include "sysfs.h"
+#include "verbs.h"
+
+struct assignment {
+	enum field_index field;
+	const char *value;
+	char old[FIELD_TEXT];
+};
+
+struct options {
+	struct cli_common common;
+	bool wait;
+	size_t count;
+	struct assignment assignment[SETTABLE];
+};
+
+static const struct argp_option option_table[] = {
+	{ "wait", 'w', NULL, 0, "Wait until the pendant has taken it, or has not", 0 },
+	{ 0 }
+};
+
+static const char doc[] =
+	"Put values on the display."
+	"\v"
+	"Fields: work_x work_y work_z machine_x machine_y machine_z, or all six in one as position; "
+	"feedrate_override spindle_override feedrate spindle_speed; step icon state day; and "
+	"refresh_ms, the least time between two frames. What each may be is said when it is not.\n\n"
+	"Several fields are taken together: if one of them cannot be, all keep what they had, and they "
+	"reach the display in one frame. Without --wait the frame is on its way when the command "
+	"ends.\n\n"
+	"  xhcctl set work_x=135.17 work_y=-77.89 state=run step=10\n"
+	"  xhcctl set position='135.17 -77.89 0 -220.334 0 1.5'";
+
+/* A usage error ends here */
+static void add_assignment(struct options *options, const char *argument,
+			   struct argp_state *state)
+{
+	const char *equals = strchr(argument, '=');
+	struct assignment *assignment;
+	enum field_index field;
+
+	if (!equals)
+		argp_error(state, "%s: FIELD=VALUE is wanted", argument);
+	field = field_find(argument, equals - argument);
+	if (field == SETTABLE)
+		argp_error(state, "no field %.*s", (int)(equals - argument), argument);
+	for (size_t i = 0; i < options->count; i++) {
+		enum field_index other = options->assignment[i].field;
+
+		if (field == other)
+			argp_error(state, "%s stands there twice", fields[field].name);
+		if ((field == POSITION && other <= MACHINE_Z) ||
+		    (field <= MACHINE_Z && other == POSITION))
+			argp_error(state, "%s is a part of position",
+				   fields[field == POSITION ? other : field].name);
+	}
+	assignment = &options->assignment[options->count++];
+	assignment->field = field;
+	assignment->value = equals + 1;
+}
+
+static error_t parse(int key, char *argument, struct argp_state *state)
+{
+	struct options *options = state->input;
+
+	switch (key) {
+	case ARGP_KEY_INIT:
+		state->child_inputs[0] = &options->common;
+		return 0;
+	case 'w':
+		options->wait = true;
+		return 0;
+	case ARGP_KEY_ARG:
+		add_assignment(options, argument, state);
+		return 0;
+	case ARGP_KEY_NO_ARGS:
+		argp_error(state, "nothing to set");
+		return 0;
+	}
+	return ARGP_ERR_UNKNOWN;
+}
+
+static int write_field(const struct pendant *pendant, enum field_index field, const char *value)
+{
+	/* a write of nothing would reach no driver */
+	return sysfs_write(*value ? value : "\n", "%s/dro/%s", pendant->path,
+			   fields[field].name);
+}
+
+static int refused(const struct pendant *pendant, const struct assignment *assignment, int err)
+{
+	const char *name = fields[assignment->field].name;
+	size_t size = 0;
+	char *range = NULL;
+	FILE *stream;
+	int status;
+
+	if (!pendant_present(pendant))
+		return cli_no_device("%s has gone", pendant->name);
+	if (err != -EINVAL && err != -ERANGE)
+		return cli_errno(err, "%s", name);
+	stream = open_memstream(&range, &size);
+	if (!stream)
+		return cli_errno(errno, "%s", name);
+	field_print_range(stream, assignment->field, pendant);
+	fclose(stream);
+	status = cli_error("%s: \"%s\" is %s: %s", name, assignment->value,
+			   err == -ERANGE ? "out of range" : "not a value", range);
+	free(range);
+	return status;
+}
+
+/* The driver checks each value as it is written: those before one that it refuses go back. */
+static int write_all(const struct pendant *pendant, struct options *options)
+{
+	for (size_t i = 0; i < options->count; i++) {
+		struct assignment *assignment = &options->assignment[i];
+		int err = sysfs_read(assignment->old, sizeof(assignment->old), "%s/dro/%s",
+				     pendant->path, fields[assignment->field].name);
+
+		if (err < 0)
+			return refused(pendant, assignment, err);
+	}
+	for (size_t i = 0; i < options->count; i++) {
+		struct assignment *assignment = &options->assignment[i];
+		int err = write_field(pendant, assignment->field, assignment->value);
+
+		if (!err)
+			continue;
+		while (i-- > 0)
+			write_field(pendant, options->assignment[i].field,
+				    options->assignment[i].old);
+		return refused(pendant, assignment, err);
+	}
+	return CLI_OK;
+}
+
+static int flush(const struct pendant *pendant)
+{
+	int err = sysfs_write("1", "%s/dro/flush", pendant->path);
+
+	if (!err)
+		return CLI_OK;
+	if (!pendant_present(pendant))
+		return cli_no_device("%s has gone", pendant->name);
+	return cli_errno(err, "the pendant has not taken it");
+}
+
+/* What the display has now: the driver rounds to what it shows */
+static int print_json(const struct pendant *pendant)
+{
+	struct json_object *document;
+	struct values values;
+	int err;
+
+	err = values_read(pendant, &values);
+	if (err)
+		return cli_errno(err, "%s", pendant->name);
+	document = cli_json_new("set");
+	cli_json_text(document, "name", pendant->name);
+	json_object_object_add(document, "dro", values_json(&values));
+	return cli_json_print(document);
+}
+
+int set_verb(int argc, char **argv)
+{
+	const struct argp argp = {
+		.options = option_table, .parser = parse, .args_doc = "FIELD=VALUE...",
+		.doc = doc, .children = cli_children,
+	};
+	struct options options = { 0 };
+	struct pendant pendant;
+	int status;
+
+	argp_parse(&argp, argc, argv, 0, NULL, &options);
+	status = pendant_choose(options.common.device, &pendant);
+	if (status == CLI_OK)
+		status = write_all(&pendant, &options);
+	if (status == CLI_OK && options.wait)
+		status = flush(&pendant);
+	if (status == CLI_OK && options.common.json)
+		status = print_json(&pendant);
+	return status;
+}
