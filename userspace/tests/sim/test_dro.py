@@ -341,6 +341,16 @@ class Worker(Case):
         self.assertLessEqual(pendant.settle() - before, 2 + seconds / 0.2)
         self.assertEqual(pendant.device.lcd.faults, [])
 
+    def test_a_short_burst_is_one_frame(self):
+        pendant = self.plug()
+        for number in range(1, 11):
+            before = pendant.settle()
+            for name in ('work_x', 'machine_z', 'feedrate', 'spindle_override', 'icon'):
+                pendant.set(name, str(number))
+            self.assertTrue(pendant.device.wait_frames(before + 1))
+            self.assertEqual(pendant.settle(), before + 1)
+            self.assertEqual(pendant.device.lcd.as_dict()['icon'], number)
+
     def test_refresh_ms_is_the_least_time_between_frames(self):
         pendant = self.plug()
         for refresh in (30, 150, 400):

@@ -37,8 +37,8 @@ static const char doc[] =
 	"feedrate_override spindle_override feedrate spindle_speed; step icon state day; and "
 	"refresh_ms, the least time between two frames. What each may be is said when it is not.\n\n"
 	"Several fields are taken together: if one of them cannot be, all keep what they had, and they "
-	"reach the display in one frame. Without --wait the frame is on its way when the command "
-	"ends.\n\n"
+	"reach the display in one frame, if the machine is not too busy to write them within 5 ms. "
+	"Without --wait the frame is on its way when the command ends.\n\n"
 	"  xhcctl set work_x=135.17 work_y=-77.89 state=run step=10\n"
 	"  xhcctl set position='135.17 -77.89 0 -220.334 0 1.5'";
 
