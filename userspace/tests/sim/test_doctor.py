@@ -1,0 +1,271 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""doctor with real faults: of virtual pendants and heads, each beside the device that is well.
+
+What is not about a device (headers, DKMS, Secure Boot, udev's rules) is in test_doctor_unit.py: the
+test kernel has none of it.
+"""
+
+import fcntl
+import grp
+import os
+import struct
+import sys
+
+import forward_rig
+import head_rig
+import rig
+import runner
+from kernel import read_file, wait, write_file
+from tool import FAILURE, OK, Tool
+from xy3_head_sim import wire
+
+xhcctl, xy3ctl = Tool('xhcctl'), Tool('xy3ctl')
+INSTALLATION = {'headers', 'dkms', 'module', 'version', 'signature', 'rules'}
+USBDEVFS_DISCONNECT_CLAIM = 0x8108551b
+USBDEVFS_RELEASEINTERFACE = 0x80045510
+DIALOUT = grp.getgrnam('dialout').gr_gid
+
+
+def look(tool, *words):
+    """-> {id: [(status, text, mend), ...]} of what is about devices"""
+    status, output, errors = tool.run('doctor', '--json', *words)
+    document, = tool.documents(output)
+    found = any(finding['status'] == 'found' for finding in document['findings'])
+    if errors or status != (FAILURE if found else OK):
+        raise AssertionError('status %d, %s: %s' % (status, errors, output))
+    findings = {}
+    for finding in document['findings']:
+        if finding['id'] not in INSTALLATION:
+            findings.setdefault(finding['id'], []).append(
+                (finding['status'], finding['text'], finding['mend']))
+    return findings
+
+
+class Checks:
+    """For both kinds of cases"""
+
+    def found(self, *words):
+        """-> {id: (text, mend)} of what was found, but for udev's work: there is no udevd here"""
+        return {check: finding[1:] for check, all_of_it in look(self.tool, *words).items()
+                for finding in all_of_it if finding[0] == 'found' and check != 'access'}
+
+    def assertWell(self):
+        self.assertEqual(self.found(), {})
+
+    def assertFound(self, check, text, mend):
+        """That and nothing else"""
+        found = self.found()
+        self.assertEqual(list(found), [check], found)
+        self.assertIn(text, found[check][0])
+        self.assertIn(mend, found[check][1])
+
+    def give(self, *paths):
+        """What udev's rules do"""
+        for path in paths:
+            os.chown(path, -1, DIALOUT)
+            os.chmod(path, os.stat(path).st_mode | 0o060)
+
+    def access(self):
+        return {finding[0] for finding in look(self.tool)['access']}
+
+
+class Pendant(Checks, rig.Case):
+    tool = xhcctl
+
+    def test_none(self):
+        self.assertFound('driver', 'no HB03 or HB04', 'lsusb')
+
+    def test_held_by_libusb(self):
+        pendant = self.plug_usb()
+        self.assertWell()
+        interface = os.path.basename(os.path.dirname(pendant.path))
+        usb = os.path.dirname(os.path.dirname(pendant.path))
+        node = '/dev/bus/usb/%03d/%03d' % tuple(
+            int(read_file('%s/%s' % (usb, name))) for name in ('busnum', 'devnum'))
+        fd = os.open(node, os.O_RDWR)
+        try:
+            fcntl.ioctl(fd, USBDEVFS_DISCONNECT_CLAIM, struct.pack('II256s', 0, 0, b''), False)
+            found = self.found()
+            name = read_file('/proc/self/comm').strip()
+            self.assertIn('%s has taken %s from the kernel' % (name, interface),
+                          found['holder'][0])
+            self.assertIn('kill %d && echo %s | sudo tee /sys/bus/usb/drivers/usbhid/bind'
+                          % (os.getpid(), interface), found['holder'][1])
+            fcntl.ioctl(fd, USBDEVFS_RELEASEINTERFACE, struct.pack('I', 0))
+        finally:
+            os.close(fd)
+        self.assertIn('no driver', self.found()['holder'][0])
+        # the line that mends it
+        write_file('/sys/bus/usb/drivers/usbhid/bind', interface)
+        self.assertTrue(wait(lambda: not self.found()))
+
+    def test_other_driver(self):
+        pendant = self.plug()
+        self.assertWell()
+        name = os.path.basename(pendant.path)
+        pendant.unbind()
+        self.assertFound('driver', '%s has no driver' % name, 'modprobe hid-xhc')
+        try:
+            write_file('/sys/bus/hid/drivers/hid-generic/bind', name)
+        except OSError:
+            pass                        # it leaves devices alone that have a driver of their own
+        else:
+            self.assertFound('driver', 'hid-generic instead of hid-xhc', 'unbind')
+            write_file('/sys/bus/hid/drivers/hid-generic/unbind', name)
+        pendant.bind()
+        self.assertTrue(wait(lambda: not self.found()))
+
+    def test_frames_that_are_not_taken(self):
+        pendant = self.plug_usb()
+        pendant.settle()
+        self.assertWell()
+        pendant.device.set_fault('stall', skip=0, count=1)
+        self.assertEqual(pendant.set_error('flush', '1'), 'EPIPE')
+        self.assertFound('state', 'has not taken 1 frames', 'dmesg')
+
+    def test_unknown_key(self):
+        pendant = self.plug()
+        pendant.report(0x2a)
+        self.assertTrue(wait(lambda: pendant.stat('unknown_keys')))
+        self.assertFound('state', 'does not know', 'evtest')
+
+    def test_asleep(self):
+        pendant = self.plug()
+        pendant.report(1)
+        pendant.asleep()
+        self.assertTrue(wait(lambda: pendant.get('awake') == '0'))
+        self.assertWell()
+        self.assertIn('asleep', look(xhcctl)['state'][0][1])
+
+    def test_access(self):
+        pendant = self.plug()
+        self.assertEqual(self.access(), {'found'})
+        self.assertIn('udevadm trigger', look(xhcctl)['access'][0][2])
+        self.give(pendant.event_node, pendant.file('position'))
+        self.assertEqual(self.access(), {'ok'})
+
+
+class Head(Checks, forward_rig.Case):
+    tool = xy3ctl
+
+    @classmethod
+    def setUpClass(cls):
+        forward_rig.load()
+
+    @classmethod
+    def tearDownClass(cls):
+        forward_rig.unload()
+
+    def head(self, *arguments, **keywords):
+        forward = self.forward(*arguments, **keywords)
+        self.assertTrue(forward.attach())
+        return forward
+
+    def pty(self, **options):
+        head = head_rig.Head(**options)
+        self.addCleanup(head.close)
+        return head.attach()
+
+    def test_none(self):
+        self.assertTrue(wait(lambda: not head_rig.heads()))
+        self.assertFound('head', 'nothing is attached', 'xy3ctl attach')
+
+    def test_silent_and_at_another_rate(self):
+        head = self.pty()
+        self.assertFound('back', 'not a byte', 'wires')
+        head.send(b'\x00\xff' * 100)
+        self.assertFound('back', 'another rate', 'autobaud')
+        head.sync()
+        self.assertWell()
+
+    def test_head_at_another_rate(self):
+        """A real one, and the line that mends it"""
+        forward = self.head(2, 'cs')
+        self.assertNotIn('back', self.found())
+        write_file(forward.head + 'autobaud', '0')
+        forward.unbind()                # else the head would be told
+        write_file(forward.head + 'rate', '57600')
+        self.assertTrue(wait(lambda: 'back' in self.found(), 20))
+        self.assertIn('57600', self.found()['back'][0])
+        self.assertIn('echo 1 | sudo tee %sautobaud' % forward.head, self.found()['back'][1])
+        write_file(forward.head + 'autobaud', '1')
+        self.assertTrue(wait(lambda: 'back' not in self.found(), 40))
+        forward.bind()
+
+    def test_another_program_at_the_uart(self):
+        forward = self.head(2, 'cs')
+        # this process is ldattach's part, but has another name
+        self.assertFound('uart', 'has /dev/ttyXY3SIM0 open', 'kill %d' % os.getpid())
+        forward.close()
+        attach = xy3ctl.start('attach', '/dev/ttyXY3SIM0')
+        self.addCleanup(attach.close)
+        attach.line()
+        self.assertTrue(wait(lambda: not self.found(), 20), self.found())
+
+    def test_two_halves(self):
+        forward = self.forward(2, 'cs')
+        write_file('/sys/class/xy3/attach', 'new')
+        self.pty().sync()
+        self.assertFound('head', 'xy3-1 has a backchannel only and xy3-0 a forward',
+                         'echo xy3-0 | sudo tee /sys/class/xy3/attach')
+        self.assertTrue(forward.device)
+
+    def test_no_driver_on_spi(self):
+        forward = self.head(2, 'cs')
+        forward.close()
+        forward.unbind()
+        self.assertIn('%s has no driver' % forward.device, self.found()['spi'][0])
+        self.assertIn('modprobe xy3-spi', self.found()['spi'][1])
+        forward.bind()
+        self.assertNotIn('spi', self.found())
+
+    def test_controller_with_too_few_lines(self):
+        self.sim(1, 'cs', more='device_lines=4')
+        self.assertTrue(wait(lambda: 'has refused its controller' in
+                             self.found().get('spi', ('',))[0]))
+
+    def test_byte_order(self):
+        head = self.pty().sync()
+        head.send(wire.temperatures([2980]))
+        self.assertTrue(wait(head.hwmon_path))
+        self.assertWell()
+        head.send(wire.temperatures([2980], 'big'))
+        self.assertTrue(wait(lambda: 'order' in self.found()))
+        self.assertIn('echo big | sudo tee', self.found()['order'][1])
+
+    def test_frames_that_are_not_read(self):
+        forward = self.head(2, 'cs')
+        forward.set_sim('faults/spi_flip', '3')
+        self.assertIsNone(forward.set('out_angl0_raw', 5))
+        self.assertIsNone(forward.set('out_angl0_raw', 6))
+        forward.set_sim('report', '1')
+        self.assertTrue(wait(lambda: 'frames' in self.found(), 20))
+        self.assertIn('SYNC and CLK', self.found()['frames'][1])
+
+    def test_access(self):
+        forward = self.head(2, 'cs')
+        self.assertEqual(self.access(), {'found'})
+        self.give('/dev/xy3-0', forward.head + 'calibrate')
+        self.assertEqual(self.access(), {'ok'})
+
+
+class Number(Checks, forward_rig.Case):
+    """The line discipline's, as a module parameter"""
+    tool = xy3ctl
+
+    def test_another_number(self):
+        head_rig.load('ldisc=28')
+        self.addCleanup(head_rig.unload)
+        found = self.found()
+        self.assertIn('number 28 instead of 29', found['ldisc'][0])
+        self.assertIn('ldattach -s 115200 -8 -n -1 28', found['ldisc'][1])
+
+    def test_our_number(self):
+        head_rig.load()
+        self.addCleanup(head_rig.unload)
+        self.assertNotIn('ldisc', self.found())
+        self.assertEqual(look(xy3ctl)['ldisc'][0][:2], ('ok', "number 29 is xy3's"))
+
+
+if __name__ == '__main__':
+    sys.exit(runner.main())
