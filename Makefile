@@ -65,7 +65,7 @@ SIMULATORS := xhc-sim xy3-head-sim
 MAN4 := userspace/xy3-sim/xy3-sim.4
 
 # The drivers' source for DKMS, what a program includes, udev's rules, units, virtual devices
-install-files: $(addprefix install-,$(SIMULATORS))
+install-files: $(addprefix install-,$(SIMULATORS)) install-linuxcnc
 	install -d $(DESTDIR)$(SRCDIR)
 	cp -R --parents drivers Kbuild Makefile dkms.conf $(DESTDIR)$(SRCDIR)/
 	install -D -m 644 -t $(DESTDIR)$(PREFIX)/include/linux drivers/include/uapi/linux/xy3.h
@@ -81,6 +81,16 @@ $(addprefix install-,$(SIMULATORS)): install-%:
 	install -D -m 644 -t $(DESTDIR)$(PREFIX)/share/man/man1 userspace/$*/$*.1
 	install -d $(DESTDIR)$(PREFIX)/bin
 	ln -sf ../lib/$(NAME)/$* $(DESTDIR)$(PREFIX)/bin/$*
+
+# The display of a pendant for LinuxCNC, and a configuration to copy
+install-linuxcnc:
+	install -D -m 644 -t $(DESTDIR)$(PREFIX)/lib/$(NAME)/xhc_dro userspace/linuxcnc/xhc_dro/*.py
+	install -D -m 755 -t $(DESTDIR)$(PREFIX)/lib/$(NAME) userspace/linuxcnc/xhc-dro
+	install -D -m 644 -t $(DESTDIR)$(PREFIX)/share/man/man1 userspace/linuxcnc/xhc-dro.1
+	install -D -m 644 -t $(DESTDIR)$(PREFIX)/share/$(NAME)/linuxcnc \
+		$(addprefix userspace/linuxcnc/*.,hal ini ngc tbl)
+	install -d $(DESTDIR)$(PREFIX)/bin
+	ln -sf ../lib/$(NAME)/xhc-dro $(DESTDIR)$(PREFIX)/bin/xhc-dro
 
 # The library wants a compiler, and not all who have the drivers want it
 lib:
@@ -112,8 +122,8 @@ endif
 
 uninstall-files: uninstall-lib uninstall-tools
 	rm -rf $(DESTDIR)$(SRCDIR) $(DESTDIR)$(PREFIX)/lib/$(NAME) $(DESTDIR)$(PREFIX)/share/$(NAME)
-	rm -f $(SIMULATORS:%=$(DESTDIR)$(PREFIX)/bin/%)
-	rm -f $(SIMULATORS:%=$(DESTDIR)$(PREFIX)/share/man/man1/%.1)
+	rm -f $(patsubst %,$(DESTDIR)$(PREFIX)/bin/%,$(SIMULATORS) xhc-dro)
+	rm -f $(patsubst %,$(DESTDIR)$(PREFIX)/share/man/man1/%.1,$(SIMULATORS) xhc-dro)
 	rm -f $(patsubst %,$(DESTDIR)$(PREFIX)/share/man/man4/%,$(notdir $(MAN4)))
 	rm -f $(DESTDIR)$(PREFIX)/include/linux/xy3.h
 	-rmdir --ignore-fail-on-non-empty $(DESTDIR)$(PREFIX)/include/linux

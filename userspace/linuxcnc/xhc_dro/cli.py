@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""The command line of xhc-dro."""
+
+import argparse
+import signal
+import sys
+
+from . import VERSION
+from .component import Component
+
+FAILURE = 1
+
+
+def say(text):
+    print('xhc-dro: ' + text, file=sys.stderr, flush=True)
+
+
+def positive(text):
+    value = float(text)
+    if not 0 < value < float('inf'):
+        raise ValueError
+    return value
+
+
+def parser():
+    words = argparse.ArgumentParser(
+        prog='xhc-dro', description="LinuxCNC's positions on the display of an XHC pendant: "
+        'a HAL component, to be started by loadusr.')
+    words.add_argument('-i', '--input', metavar='FILE',
+                       help='HAL file to run when the pendant has come; it loads hal_input')
+    words.add_argument('-p', '--phys', metavar='PHYS',
+                       help='the pendant whose HID_PHYS this is (default: the first)')
+    words.add_argument('-u', '--unit', metavar='LENGTH', type=positive, default=0.001,
+                       help='the step that the display shows as x1 (default: 0.001)')
+    words.add_argument('-V', '--version', action='version', version='xhc-dro ' + VERSION)
+    return words
+
+
+def stop(*_):
+    raise SystemExit(0)
+
+
+def main(arguments=None):
+    options = parser().parse_args(arguments)
+    try:
+        import hal
+    except ImportError:
+        say("there is no LinuxCNC here: /usr/bin/python3 finds no module 'hal'")
+        return FAILURE
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, stop)
+    try:
+        component = Component(hal, options, say)
+    except hal.error as error:
+        say(str(error))
+        return FAILURE
+    try:
+        component.run()
+    finally:
+        component.end()
+    return 0
