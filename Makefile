@@ -61,8 +61,8 @@ help:
 # The virtual devices: each a program, a package in python with - as _, and a manual page
 SIMULATORS := xhc-sim xy3-head-sim
 
-# The virtual head of the kernel has a page only: the module comes with the drivers
-MAN4 := userspace/xy3-sim/xy3-sim.4
+# Of the modules; xy3-spi's is that of xy3
+MAN4 := userspace/xy3-sim/xy3-sim.4 userspace/doc/hid-xhc.4 userspace/doc/xy3.4
 
 # The drivers' source for DKMS, what a program includes, udev's rules, units, virtual devices
 install-files: $(addprefix install-,$(SIMULATORS)) install-linuxcnc
@@ -73,6 +73,7 @@ install-files: $(addprefix install-,$(SIMULATORS)) install-linuxcnc
 	install -D -m 644 -t $(DESTDIR)$(UNITDIR) userspace/systemd/*.service
 	install -D -m 644 -t $(DESTDIR)$(PREFIX)/share/$(NAME)/layouts userspace/hwdb/layouts/*
 	install -D -m 644 -t $(DESTDIR)$(PREFIX)/share/man/man4 $(MAN4)
+	ln -sf xy3.4 $(DESTDIR)$(PREFIX)/share/man/man4/xy3-spi.4
 
 $(addprefix install-,$(SIMULATORS)): install-%:
 	install -D -m 644 -t $(DESTDIR)$(PREFIX)/lib/$(NAME)/$(subst -,_,$*) \
@@ -124,7 +125,7 @@ uninstall-files: uninstall-lib uninstall-tools
 	rm -rf $(DESTDIR)$(SRCDIR) $(DESTDIR)$(PREFIX)/lib/$(NAME) $(DESTDIR)$(PREFIX)/share/$(NAME)
 	rm -f $(patsubst %,$(DESTDIR)$(PREFIX)/bin/%,$(SIMULATORS) xhc-dro)
 	rm -f $(patsubst %,$(DESTDIR)$(PREFIX)/share/man/man1/%.1,$(SIMULATORS) xhc-dro)
-	rm -f $(patsubst %,$(DESTDIR)$(PREFIX)/share/man/man4/%,$(notdir $(MAN4)))
+	rm -f $(patsubst %,$(DESTDIR)$(PREFIX)/share/man/man4/%,$(notdir $(MAN4)) xy3-spi.4)
 	rm -f $(DESTDIR)$(PREFIX)/include/linux/xy3.h
 	-rmdir --ignore-fail-on-non-empty $(DESTDIR)$(PREFIX)/include/linux
 	rm -f $(patsubst userspace/udev/%,$(DESTDIR)$(UDEVDIR)/rules.d/%,$(wildcard userspace/udev/*))
