@@ -21,7 +21,7 @@ export LLVM
 endif
 
 .PHONY: all modules clean help install uninstall install-files uninstall-files demo demo-scanhead \
-	lib install-lib uninstall-lib tools install-tools uninstall-tools \
+	lib install-lib uninstall-lib tools install-tools uninstall-tools deb \
 	mutate bench check check-host check-kunit check-sim \
 	check-stock lint
 
@@ -45,6 +45,7 @@ help:
 	@echo '  sudo make uninstall  take all of it away again'
 	@echo '  make lib           libxy3 for programs in C, in build/libxy3; install-lib installs it'
 	@echo '  make tools         xhcctl and xy3ctl, in build/tools; install-tools installs them'
+	@echo '  make deb           packages for Debian, in build/deb'
 	@echo '  make clean         remove what was built here'
 	@echo 'Try and test (need no device, never touch the running kernel):'
 	@echo '  sudo make demo     a virtual pendant in a virtual machine'
@@ -106,6 +107,10 @@ tools:
 
 install-tools uninstall-tools: %-tools:
 	$(MAKE) -C userspace/tools $*
+
+# Debian's packages, in build/deb
+deb:
+	userspace/packages/make-deb
 
 # Twice in a row is no error: what dkms has of this version goes first
 install:
