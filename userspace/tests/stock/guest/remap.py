@@ -17,7 +17,7 @@ KEYMAP_ENTRY = struct.Struct('=BBHI32s')
 EVIOCGKEYCODE_V2 = 0x80284504
 EVIOCSKEYCODE_V2 = 0x40284504
 
-LAYOUTS = '/usr/local/share/xhc-xy3/layouts/'
+LAYOUTS = '/usr/share/xhc-xy3/layouts/'
 HWDB = '/etc/udev/hwdb.d/61-xhc-pendant.hwdb'
 
 
