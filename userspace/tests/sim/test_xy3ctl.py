@@ -60,7 +60,7 @@ class Words(Case):
                       ('command', 'calibrate', 'q'), ('command', 'rate', '9600'),
                       ('command', 'rate', '115200x'), ('attach',), ('attach', '-r', '1', 'tty'),
                       ('attach', 'a', 'b'), ('detach',), ('watch', '-i', '0'),
-                      ('watch', '-c', 'few'), ('packets', '-c', '0'), ('packets', 'a', 'b')):
+                      ('watch', '-n', 'few'), ('packets', '-n', '0'), ('packets', 'a', 'b')):
             self.assertStatus(USAGE, *words)
 
     def test_help_and_version(self):
@@ -184,9 +184,12 @@ class Telling(Case):
 
     def test_watch_ends(self):
         self.head(2, 'cs')
-        self.assertEqual(xy3ctl.run('watch', '-c', '2')[0], OK)
-        self.assertEqual(len(xy3ctl.run('watch', '-c', '2')[1].splitlines()), 2)
+        self.assertEqual(xy3ctl.run('watch', '-n', '2')[0], OK)
+        self.assertEqual(len(xy3ctl.run('watch', '-n', '2')[1].splitlines()), 2)
         self.assertEqual(xy3ctl.run('watch', '-t', '0.5')[0], OK)
+        status, _, errors = xy3ctl.run('watch', '-n', '1000', '-t', '0.5')
+        self.assertEqual(status, FAILURE)
+        self.assertIn('time is up', errors)
 
     def test_watch_on_a_terminal(self):
         """A picture of 24 lines of 80 characters at most, with an error in red"""
@@ -197,7 +200,7 @@ class Telling(Case):
         process = os.fork()
         if not process:
             os.dup2(slave, 1)
-            os.execve(xy3ctl.path, [xy3ctl.path, 'watch', '-c', '1'],
+            os.execve(xy3ctl.path, [xy3ctl.path, 'watch', '-n', '1'],
                       {**os.environ, 'TERM': 'xterm'})
         os.close(slave)
         data = b''
@@ -236,7 +239,7 @@ class Packets(Case):
         self.assertIn('48 77 02 0a 0b', [line.strip() for line in lines])
         self.assertEqual(packets.interrupt()[0], OK)
 
-        packets = self.started('packets', '-j', '-c', '3')
+        packets = self.started('packets', '-j', '-n', '3')
         time.sleep(0.5)
         forward.set_sim('report', '1')
         status, output, _ = packets.end()
@@ -560,8 +563,11 @@ class Attaching(Case):
         self.forward(2, 'cs')
         self.assertEqual(xy3ctl.run('attach', '--daemon', '/dev/ttyXY3SIM0')[:2], (OK, 'xy3-0\n'))
         self.assertTrue(wait(lambda: xy3ctl.json('show')['in_sync'], 10))
+        self.assertStatus(FAILURE, 'attach', '/dev/ttyXY3SIM0', says='already')
+        self.assertEqual(len(self.holders('/dev/ttyXY3SIM0')), 1)
+        # when it returns the UART is free, for another program or for modprobe -r
         self.assertEqual(xy3ctl.run('detach', '/dev/ttyXY3SIM0')[0], OK)
-        self.assertTrue(wait(lambda: not self.holders('/dev/ttyXY3SIM0'), 10))
+        self.assertEqual(self.holders('/dev/ttyXY3SIM0'), [])
 
     def test_uart_goes(self):
         uart = head_rig.Pty()

@@ -10,7 +10,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "limits.h"
+#include "cli-limits.h"
 #include "monitor.h"
 #include "verbs.h"
 

@@ -12,7 +12,7 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "limits.h"
+#include "cli-limits.h"
 #include "pendant.h"
 #include "recording.h"
 #include "verbs.h"

@@ -7,7 +7,7 @@
 #include <string.h>
 #include <time.h>
 
-#include "limits.h"
+#include "cli-limits.h"
 #include "recording.h"
 #include "uhid-device.h"
 #include "verbs.h"

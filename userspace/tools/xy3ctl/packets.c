@@ -15,17 +15,20 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "cli-limits.h"
 #include "cli.h"
 #include "head.h"
 #include "verbs.h"
+
+/* The longest wait: a signal may have come just before it */
+#define WAIT_MS	500
 
 struct settings {
 	struct cli_common common;
 	const char *file;	/* NULL: live */
 	bool raw;
 	bool big_endian;
-	long count;		/* packets, 0: all */
-	double timeout;		/* seconds, 0: for ever */
+	struct limits limits;	/* of packets */
 };
 
 enum { KEY_BIG_ENDIAN = 0x100 };
@@ -33,7 +36,7 @@ enum { KEY_BIG_ENDIAN = 0x100 };
 static const struct argp_option options[] = {
 	{ "big-endian", KEY_BIG_ENDIAN, NULL, 0,
 	  "Numbers of FILE have their most significant byte first", 0 },
-	{ "count", 'c', "NUMBER", 0, "End after so many packets", 0 },
+	{ "count", 'n', "NUMBER", 0, "End after so many packets", 0 },
 	{ "raw", 'r', NULL, 0, "Show each packet's bytes, in hexadecimal, as well", 0 },
 	{ "timeout", 't', "SECONDS", 0, "End after this time", 0 },
 	{ 0 }
@@ -42,7 +45,6 @@ static const struct argp_option options[] = {
 static error_t parse(int key, char *argument, struct argp_state *state)
 {
 	struct settings *settings = state->input;
-	char *end;
 
 	switch (key) {
 	case ARGP_KEY_INIT:
@@ -59,15 +61,11 @@ static error_t parse(int key, char *argument, struct argp_state *state)
 	case 'r':
 		settings->raw = true;
 		return 0;
-	case 'c':
-		settings->count = strtol(argument, &end, 10);
-		if (*end || settings->count <= 0)
-			argp_error(state, "%s is no positive number", argument);
+	case 'n':
+		limits_count(&settings->limits, argument, state);
 		return 0;
 	case 't':
-		settings->timeout = strtod(argument, &end);
-		if (*end || !(settings->timeout > 0 && settings->timeout < 1e6))
-			argp_error(state, "%s is no positive number", argument);
+		limits_timeout(&settings->limits, argument, state);
 		return 0;
 	}
 	return ARGP_ERR_UNKNOWN;
@@ -329,20 +327,10 @@ struct source {
 	int fd;
 	struct xy3_receiver *receiver;
 	long long offset;	/* of what is read next */
-	long packets;		/* that are wanted still; 0: all */
-	double end;		/* on the clock below; 0: never */
 };
 
-static double now(void)
-{
-	struct timespec time;
-
-	clock_gettime(CLOCK_MONOTONIC, &time);
-	return time.tv_sec + time.tv_nsec / 1e9;
-}
-
 /* Print what is in data. Return false when that is enough. */
-static bool take(const struct settings *settings, struct source *source, const uint8_t *data,
+static bool take(struct settings *settings, struct source *source, const uint8_t *data,
 		 size_t size)
 {
 	const uint8_t *start = data;
@@ -353,7 +341,8 @@ static bool take(const struct settings *settings, struct source *source, const u
 		xy3_receiver_packet(source->receiver, &length);
 		print_packet(settings, source->receiver,
 			     source->offset + (data - start) - (long long)length);
-		if (source->packets && !--source->packets)
+		settings->limits.seen++;
+		if (limits_reached(&settings->limits))
 			return false;
 	}
 	source->offset += data - start;
@@ -361,33 +350,34 @@ static bool take(const struct settings *settings, struct source *source, const u
 }
 
 /* The next data. Return their size, 0 at the end, -EINTR when it is time to stop. */
-static ssize_t next_data(struct source *source, uint8_t *data, size_t size)
+static ssize_t next_data(const struct limits *limits, int fd, uint8_t *data, size_t size)
 {
-	struct pollfd file = { .fd = source->fd, .events = POLLIN };
-	double rest = source->end ? source->end - now() : 0;
+	struct pollfd file = { .fd = fd, .events = POLLIN };
 	ssize_t got;
 
-	if (cli_interrupted() || (source->end && rest <= 0))
-		return -EINTR;
-	if (poll(&file, 1, source->end ? (int)(rest * 1000) + 1 : -1) <= 0)
-		return -EINTR;
-	got = read(source->fd, data, size);
+	do {
+		if (cli_interrupted() || limits_time_is_up(limits))
+			return -EINTR;
+	} while (poll(&file, 1, limits_wait_ms(limits, WAIT_MS)) <= 0);
+	got = read(fd, data, size);
 	return got < 0 ? -errno : got;
 }
 
 /* Return an enum cli_status */
-static int read_all(const struct settings *settings, struct source *source)
+static int read_all(struct settings *settings, struct source *source)
 {
 	const char *name = settings->file ?: "the head";
 	static uint8_t data[65536];
 	ssize_t got;
 
 	do {
-		got = next_data(source, data, sizeof(data));
+		got = next_data(&settings->limits, source->fd, data, sizeof(data));
 	} while (got > 0 && take(settings, source, data, got));
 
-	if (got > 0 || got == -EINTR)
+	if (got > 0 || cli_interrupted())
 		return CLI_OK;
+	if (got == -EINTR)
+		return limits_status(&settings->limits);
 	/* the tty has hung up */
 	if (!settings->file && (!got || got == -EIO))
 		return cli_no_device("the head has gone");
@@ -407,7 +397,7 @@ static void begin_in_sync(struct xy3_receiver *receiver)
 		;
 }
 
-static int packets_of_file(const struct settings *settings, struct source *source)
+static int packets_of_file(struct settings *settings, struct source *source)
 {
 	uint64_t bytes, packets;
 	int status;
@@ -427,7 +417,7 @@ static int packets_of_file(const struct settings *settings, struct source *sourc
 	return status;
 }
 
-static int packets_of_head(const struct settings *settings, struct source *source)
+static int packets_of_head(struct settings *settings, struct source *source)
 {
 	struct head head;
 	char order[16];
@@ -455,8 +445,7 @@ int packets_verb(int argc, char **argv)
 	source.receiver = xy3_receiver_new();
 	if (!source.receiver)
 		return cli_errno(ENOMEM, "packets");
-	source.packets = settings.count;
-	source.end = settings.timeout ? now() + settings.timeout : 0;
+	limits_start(&settings.limits);
 	cli_catch_signals();
 	status = settings.file ? packets_of_file(&settings, &source) :
 				 packets_of_head(&settings, &source);

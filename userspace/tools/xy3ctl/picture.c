@@ -14,7 +14,7 @@
 
 #define KINDS ((XY3_COMPONENTS - XY3_DAC_X) / XY3_AXES)
 
-static const char *or_dash(const char *value)
+const char *or_dash(const char *value)
 {
 	return value[0] ? value : "-";
 }

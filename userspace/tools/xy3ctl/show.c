@@ -22,11 +22,6 @@ static const char show_text[] =
 	"A dash stands for what the head has not told. Components are those of "
 	"/sys/class/xy3/xy3-<n>/errors; one with an error is shown in red.";
 
-static const char *or_dash(const char *text)
-{
-	return text[0] ? text : "-";
-}
-
 /* above what print_line() prints */
 #define LIST_TITLE "HEAD    SYNC  RATE    BACK        FORWARD  IIO          VENDOR MODEL"
 

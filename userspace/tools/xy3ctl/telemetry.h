@@ -29,6 +29,9 @@ int telemetry_read(const struct head *head, struct telemetry *telemetry);
 const char *telemetry_get(const struct telemetry *telemetry, const char *format, ...)
 	__attribute__((format(printf, 2, 3)));
 
+/* A dash for what has not been told */
+const char *or_dash(const char *value);
+
 struct json_object;
 
 /* A fact's value: null, a number or a text */

@@ -7,41 +7,29 @@
 #include <errno.h>
 #include <json-c/json.h>
 #include <libudev.h>
-#include <limits.h>
 #include <poll.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #include <time.h>
 #include <unistd.h>
 
+#include "cli-limits.h"
 #include "cli.h"
 #include "telemetry.h"
 #include "verbs.h"
 
 struct settings {
 	struct cli_common common;
+	struct limits limits;	/* of lines, or pictures */
 	double interval;	/* seconds */
-	double timeout;		/* seconds, 0: for ever */
-	long count;		/* changes, 0: all */
 };
 
 static const struct argp_option options[] = {
 	{ "interval", 'i', "SECONDS", 0, "Look at temperatures and hours this often (1)", 0 },
-	{ "count", 'c', "NUMBER", 0, "End after so many lines, or pictures", 0 },
+	{ "count", 'n', "NUMBER", 0, "End after so many lines, or pictures", 0 },
 	{ "timeout", 't', "SECONDS", 0, "End after this time", 0 },
 	{ 0 }
 };
-
-static double number_of(const char *text, struct argp_state *state)
-{
-	char *end;
-	double number = strtod(text, &end);
-
-	if (end == text || *end || !(number > 0 && number < 1e6))
-		argp_error(state, "%s is no positive number", text);
-	return number;
-}
 
 static error_t parse(int key, char *argument, struct argp_state *state)
 {
@@ -52,13 +40,15 @@ static error_t parse(int key, char *argument, struct argp_state *state)
 		state->child_inputs[0] = &settings->common;
 		return 0;
 	case 'i':
-		settings->interval = number_of(argument, state);
+		settings->interval = parse_seconds(argument, "--interval", state);
+		if (settings->interval == 0)
+			argp_error(state, "--interval: some time is wanted");
 		return 0;
-	case 'c':
-		settings->count = number_of(argument, state);
+	case 'n':
+		limits_count(&settings->limits, argument, state);
 		return 0;
 	case 't':
-		settings->timeout = number_of(argument, state);
+		limits_timeout(&settings->limits, argument, state);
 		return 0;
 	}
 	return ARGP_ERR_UNKNOWN;
@@ -72,17 +62,9 @@ static const struct argp argp = {
 	       "has "
 	       "stopped telling it; all that is known comes first. With --json a line is an object "
 	       "with the members name and value. Temperatures are looked at once in an interval; "
-	       "errors and sync come at once. It ends with status 3 when the head goes, and with 0 "
-	       "when it is interrupted.",
+	       "errors and sync come at once. It ends with status 3 when the head goes, with 1 "
+	       "when the time is up before the count, and with 0 when it is interrupted.",
 };
-
-static double now(void)
-{
-	struct timespec time;
-
-	clock_gettime(CLOCK_MONOTONIC, &time);
-	return time.tv_sec + time.tv_nsec / 1e9;
-}
 
 static void print_change(const struct settings *settings, const struct head *head,
 			 const struct fact *fact)
@@ -105,19 +87,15 @@ static void print_change(const struct settings *settings, const struct head *hea
 	fflush(stdout);
 }
 
-/* Return how many lines have been printed, no more than most */
-static long print_changes(const struct settings *settings, const struct head *head,
-			  const struct telemetry *before, const struct telemetry *after, long most)
+static void print_changes(struct settings *settings, const struct head *head,
+			  const struct telemetry *before, const struct telemetry *after)
 {
-	long lines = 0;
-
-	for (unsigned int i = 0; i < FACTS && lines < most; i++) {
+	for (unsigned int i = 0; i < FACTS && !limits_reached(&settings->limits); i++) {
 		if (strcmp(before->facts[i].value, after->facts[i].value)) {
 			print_change(settings, head, &after->facts[i]);
-			lines++;
+			settings->limits.seen++;
 		}
 	}
-	return lines;
 }
 
 static void print_picture(const struct head *head, const struct telemetry *telemetry)
@@ -128,38 +106,40 @@ static void print_picture(const struct head *head, const struct telemetry *telem
 }
 
 /* Until a uevent of a head, a signal, or the time has come */
-static void wait_for_news(struct udev_monitor *monitor, double seconds)
+static void wait_for_news(struct udev_monitor *monitor, int ms)
 {
 	struct pollfd file = { .fd = udev_monitor_get_fd(monitor), .events = POLLIN };
 	struct udev_device *device;
 
-	if (poll(&file, 1, seconds * 1000 + 1) <= 0)
+	if (poll(&file, 1, ms) <= 0)
 		return;
 	while ((device = udev_monitor_receive_device(monitor)))
 		udev_device_unref(device);
 }
 
-static int watch(const struct settings *settings, struct head *head, struct udev_monitor *monitor)
+static int watch(struct settings *settings, struct head *head, struct udev_monitor *monitor)
 {
 	bool picture = cli_is_terminal(STDOUT_FILENO) && !settings->common.json;
-	double end = settings->timeout ? now() + settings->timeout : 0, rest;
-	long left = settings->count ?: LONG_MAX;
+	struct limits *limits = &settings->limits;
 	struct telemetry before = { 0 }, after;
 
+	limits_start(limits);
 	while (!cli_interrupted()) {
 		/* a transport may have come or gone */
 		if (head_find(head, head->name))
 			return CLI_NO_DEVICE;
 		if (telemetry_read(head, &after))
 			return cli_no_device("%s has gone", head->name);
-		if (picture)
+		if (picture) {
 			print_picture(head, &after);
-		left -= picture ? 1 : print_changes(settings, head, &before, &after, left);
+			limits->seen++;
+		} else {
+			print_changes(settings, head, &before, &after);
+		}
 		before = after;
-		rest = end ? end - now() : settings->interval;
-		if (left <= 0 || rest <= 0)
-			break;
-		wait_for_news(monitor, rest < settings->interval ? rest : settings->interval);
+		if (limits_reached(limits) || limits_time_is_up(limits))
+			return limits_status(limits);
+		wait_for_news(monitor, limits_wait_ms(limits, settings->interval * 1000 + 1));
 	}
 	return CLI_OK;
 }

@@ -2,8 +2,8 @@
 /*
  * --count and --timeout of the verbs that go on until they are interrupted
  */
-#ifndef LIMITS_H
-#define LIMITS_H
+#ifndef CLI_LIMITS_H
+#define CLI_LIMITS_H
 
 #include <argp.h>
 #include <stdbool.h>
@@ -31,4 +31,4 @@ int limits_status(const struct limits *limits);
 /* Seconds from text; a usage error ends here. Also used for other times. */
 double parse_seconds(const char *text, const char *what, const struct argp_state *state);
 
-#endif /* LIMITS_H */
+#endif /* CLI_LIMITS_H */

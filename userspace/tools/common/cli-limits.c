@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * --count and --timeout. See limits.h.
+ * --count and --timeout. See cli-limits.h.
  */
 #include <ctype.h>
 #include <errno.h>
 #include <stdlib.h>
 
+#include "cli-limits.h"
 #include "cli.h"
-#include "limits.h"
 
 #define SECONDS_MAX	1e9
 
