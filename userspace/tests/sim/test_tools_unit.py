@@ -15,7 +15,6 @@ import runner
 
 HERE = os.path.dirname(os.path.realpath(__file__))
 SOURCE = os.path.join(HERE, '..', '..', 'tools')
-TOOLS = ('xhcctl', 'xy3ctl')
 OPTION = re.compile(r'^ +(?:-., )? *(--[a-z-]+)', re.M)
 
 
@@ -23,7 +22,10 @@ def output(*words, **options):
     return subprocess.run(words, stdout=subprocess.PIPE, text=True, check=True, **options).stdout
 
 
-class Case(unittest.TestCase):
+class Tool:
+    """The cases, for each of the two"""
+    name = None
+
     @classmethod
     def setUpClass(cls):
         cls.dir = tempfile.mkdtemp()
@@ -34,91 +36,106 @@ class Case(unittest.TestCase):
     def tearDownClass(cls):
         shutil.rmtree(cls.dir)
 
-    def help(self, tool, *verb):
-        return output(os.path.join(self.dir, tool), *verb, '--help')
+    def at(self, *path):
+        return os.path.join(self.dir, *path)
 
-    def verbs(self, tool):
-        found = re.findall(r'^  ([a-z]+) +\S', self.help(tool), re.M)
+    def help(self, *verb):
+        return output(self.at(self.name), *verb, '--help')
+
+    def verbs(self):
+        found = re.findall(r'^  ([a-z]+) +\S', self.help(), re.M)
         self.assertGreater(len(found), 5)
         return found
 
-    def options(self, tool, verb):
-        return OPTION.findall(self.help(tool, verb))
+    def options(self, verb):
+        found = OPTION.findall(self.help(verb))
+        self.assertGreater(len(found), 3)
+        return found
 
     # --- manual pages ---
 
-    def test_pages(self):
-        for tool in TOOLS:
-            path = os.path.join(self.dir, tool + '.1')
-            with self.subTest(tool):
-                self.assertEqual(output('mandoc', '-T', 'lint', '-W', 'warning', path), '')
-                page = output('mandoc', '-T', 'ascii', path)
-                page = re.sub('.\b', '', page)
-                verbs = page[page.index('\nVERBS\n'):]
-                parts = re.split(r'^   ([a-z]+)$', verbs, flags=re.M)
-                texts = dict(zip(parts[1::2], parts[2::2]))
-                self.assertEqual(list(texts), self.verbs(tool))
-                common = page[page.index('\nOPTIONS\n'):page.index('\nVERBS\n')]
-                for verb in texts:
-                    self.assertIn('%s %s' % (tool, verb), page)
-                    for option in self.options(tool, verb):
-                        self.assertIn(option, common + texts[verb], (tool, verb))
-                for status in '0123':
-                    self.assertRegex(page, r'(?m)^ +%s +[A-Z]' % status)
+    def page(self):
+        return re.sub('.\b', '', output('mandoc', '-T', 'ascii', self.at(self.name + '.1')))
+
+    def test_page_is_clean(self):
+        self.assertEqual(output('mandoc', '-T', 'lint', '-W', 'warning',
+                                self.at(self.name + '.1')), '')
+
+    def test_page_has_all_verbs_and_options(self):
+        page = self.page()
+        common = page[page.index('\nOPTIONS\n'):page.index('\nVERBS\n')]
+        parts = re.split(r'^   ([a-z]+)$', page[page.index('\nVERBS\n'):], flags=re.M)
+        texts = dict(zip(parts[1::2], parts[2::2]))
+        self.assertEqual(list(texts), self.verbs())
+        for verb, text in texts.items():
+            self.assertIn('%s %s' % (self.name, verb), page)
+            for option in self.options(verb):
+                self.assertIn(option, common + text, verb)
+
+    def test_page_has_all_exit_statuses(self):
+        for status in '0123':
+            self.assertRegex(self.page(), r'(?m)^ +%s +[A-Z]' % status)
 
     # --- bash ---
 
-    def complete(self, tool, *words):
+    def complete(self, *words):
         """-> what bash offers for the last word"""
         script = ('PATH=%s:$PATH; . %s; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _%s; '
                   'printf "%%s\\n" "${COMPREPLY[@]}"'
-                  % (self.dir, os.path.join(self.dir, 'bash', tool), tool))
-        return output('bash', '-c', script, 'bash', tool, *words).split()
+                  % (self.dir, self.at('bash', self.name), self.name))
+        return output('bash', '-c', script, 'bash', self.name, *words).split()
 
-    def test_bash(self):
-        for tool in TOOLS:
-            self.assertGreaterEqual(set(self.complete(tool, '')), set(self.verbs(tool)))
-            for verb in self.verbs(tool):
-                self.assertGreaterEqual(set(self.complete(tool, verb, '--')),
-                                        set(self.options(tool, verb)))
-                self.assertIn(verb, self.complete(tool, verb[:2]))
-        self.assertEqual(self.complete('xy3ctl', 'stream', '--bits', ''), ['24', '32'])
-        self.assertEqual(self.complete('xy3ctl', 'stream', '--bits', '=', '3'), ['32'])
-        self.assertIn('circle', self.complete('xy3ctl', 'stream', 'ci'))
-        self.assertEqual(self.complete('xy3ctl', 'command', 'cal'), ['calibrate'])
-        self.assertEqual(self.complete('xy3ctl', 'watch', '--count', ''), [])
-        self.assertIn('schema.json', self.complete_in(os.path.join(SOURCE, 'xy3ctl')))
+    def test_bash_offers_verbs(self):
+        self.assertGreaterEqual(set(self.complete('')), set(self.verbs()))
+        for verb in self.verbs():
+            self.assertIn(verb, self.complete(verb[:2]))
 
-    def complete_in(self, folder):
-        before = os.getcwd()
-        os.chdir(folder)
-        try:
-            return self.complete('xy3ctl', 'packets', 'sch')
-        finally:
-            os.chdir(before)
+    def test_bash_offers_options(self):
+        for verb in self.verbs():
+            self.assertGreaterEqual(set(self.complete(verb, '--')), set(self.options(verb)))
 
     def test_bash_is_clean(self):
-        for tool in TOOLS:
-            self.assertEqual(output('shellcheck', '-s', 'bash',
-                                    os.path.join(self.dir, 'bash', tool)), '')
+        self.assertEqual(output('shellcheck', '-s', 'bash', self.at('bash', self.name)), '')
 
     # --- zsh ---
 
-    def test_zsh(self):
-        """It is read without a fault, as the function of its name, and knows all verbs."""
-        for tool in TOOLS:
-            path = os.path.join(self.dir, 'zsh', '_' + tool)
-            subprocess.run(['zsh', '-n', path], check=True)
-            script = ('fpath=(%s $fpath); autoload -Uz compinit; compinit -D -u; '
-                      'print ${_comps[%s]}' % (os.path.dirname(path), tool))
-            self.assertEqual(output('zsh', '-f', '-c', script), '_%s\n' % tool)
-            with open(path, encoding='ascii') as file:
-                text = file.read()
-            for verb in self.verbs(tool):
-                self.assertRegex(text, r"(?m)^\t\t'%s:" % verb)
-                self.assertIn('\t\t%s) _arguments' % verb, text)
-                for option in self.options(tool, verb):
-                    self.assertIn(option, text)
+    def test_zsh_finds_it(self):
+        subprocess.run(['zsh', '-n', self.at('zsh', '_' + self.name)], check=True)
+        script = ('fpath=(%s $fpath); autoload -Uz compinit; compinit -D -u; '
+                  'print ${_comps[%s]}' % (self.at('zsh'), self.name))
+        self.assertEqual(output('zsh', '-f', '-c', script), '_%s\n' % self.name)
+
+    def test_zsh_has_all_verbs_and_options(self):
+        with open(self.at('zsh', '_' + self.name), encoding='ascii') as file:
+            text = file.read()
+        for verb in self.verbs():
+            self.assertRegex(text, r"(?m)^\t\t'%s:" % verb)
+            case = re.search(r'^\t\t%s\) _arguments (.*?) ;;$' % verb, text, re.M | re.S).group(1)
+            for option in self.options(verb):
+                self.assertIn(option, case, verb)
+
+
+class Xhcctl(Tool, unittest.TestCase):
+    name = 'xhcctl'
+
+
+class Xy3ctl(Tool, unittest.TestCase):
+    name = 'xy3ctl'
+
+    def test_bash_offers_values(self):
+        self.assertEqual(self.complete('stream', '--bits', ''), ['24', '32'])
+        self.assertEqual(self.complete('stream', '--bits', '=', '3'), ['32'])
+        self.assertIn('circle', self.complete('stream', 'ci'))
+        self.assertEqual(self.complete('command', 'cal'), ['calibrate'])
+        self.assertEqual(self.complete('watch', '--count', ''), [])
+
+    def test_bash_offers_files(self):
+        before = os.getcwd()
+        os.chdir(os.path.join(SOURCE, self.name))
+        try:
+            self.assertIn('schema.json', self.complete('packets', 'sch'))
+        finally:
+            os.chdir(before)
 
 
 if __name__ == '__main__':
