@@ -12,6 +12,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/file.h>
 #include <sys/ioctl.h>
 #include <termios.h>
 #include <unistd.h>
@@ -23,6 +24,7 @@
 
 #define LDISC_DEFAULT 29	/* N_DEVELOPMENT */
 #define LOOK_MS 500		/* at whether somebody has detached it */
+#define LEAVE_MS 3000		/* for who has attached it to let go of the UART */
 
 struct settings {
 	struct cli_common common;
@@ -137,6 +139,21 @@ static int open_uart(const char *name, int *fd)
 	return CLI_OK;
 }
 
+/*
+ * Who attaches holds a lock on the UART, so that who detaches can wait until it is free: what comes
+ * next may want it, or want the module gone. ldattach has none. Return whether we have got it.
+ */
+static bool lock_uart(int fd, int ms)
+{
+	while (flock(fd, LOCK_EX | LOCK_NB)) {
+		if (ms <= 0)
+			return false;
+		poll(NULL, 0, 10);
+		ms -= 10;
+	}
+	return true;
+}
+
 static int set_ldisc(int fd, const char *name, int number)
 {
 	if (!ioctl(fd, TIOCSETD, &number))
@@ -215,6 +232,10 @@ int attach_verb(int argc, char **argv)
 	if (status)
 		return status;
 	cli_catch_signals();
+	if (!lock_uart(fd, 0)) {
+		close(fd);
+		return cli_error("%s: xy3ctl has attached it already", settings.device);
+	}
 	status = set_up(fd, settings.device, settings.rate);
 	before = heads_with_back();
 	if (!status)
@@ -261,6 +282,8 @@ int detach_verb(int argc, char **argv)
 		status = cli_error("%s has no head", path);
 	else
 		status = set_ldisc(fd, path, N_TTY);
+	if (!status && !lock_uart(fd, LEAVE_MS))
+		status = cli_error("%s: detached, but who has attached it still has it", path);
 	close(fd);
 	return status;
 }
