@@ -13,6 +13,7 @@ import threading
 from kernel import read_file, write_file
 
 FAILSLAB = '/sys/kernel/debug/failslab/'
+FAIL_PAGE_ALLOC = '/sys/kernel/debug/fail_page_alloc/'
 ENOUGH = 5000               # nothing here allocates more often than that
 ALL_CODE = (0, (1 << 64) - 1)
 
@@ -21,7 +22,12 @@ def setup_failslab(start=ALL_CODE[0], end=ALL_CODE[1], spared='__vmalloc_node_ra
     """start, end: only allocations whose call path goes through this piece of code may fail.
 
     spared: but not through this function. vmalloc() prints a call trace when it fails.
+
+    fail-nth counts pages as well, wherever they are asked for: there none may fail. Those are the
+    slab's own (it takes smaller ones, and no caller sees a failure) and KASAN's, which come by
+    chance.
     """
+    write_file(FAIL_PAGE_ALLOC + 'require-end', '0')
     spared = function_range(spared)
     for name, value in (('probability', '0'), ('ignore-gfp-wait', 'N'), ('verbose', '0'),
                         ('times', '-1'), ('stacktrace-depth', '32'),

@@ -153,16 +153,18 @@ class Walk(Case):
         fd = forward.open()
         data = bytes(12 * 3000)
         command = os.open(forward.head + 'calibrate', os.O_WRONLY)
-        os.write(fd, data)                  # a first time, for what is made once
+        try:
+            os.write(fd, data)              # a first time, for what is made once
 
-        def attempt():
-            self.assertEqual(os.write(fd, data), len(data))
-            self.assertEqual(os.pwrite(command, b'x', 0), 1)
+            def attempt():
+                self.assertEqual(os.write(fd, data), len(data))
+                self.assertEqual(os.pwrite(command, b'x', 0), 1)
 
-        count, outcomes = walk(attempt, self.assertIsNone)
-        self.assertEqual((count, outcomes), (0, {}))
-        os.close(command)
-        forward.stop_and_close(fd)
+            count, outcomes = walk(attempt, self.assertIsNone)
+            self.assertEqual((count, outcomes), (0, {}))
+        finally:                            # or what comes behind cannot unload the modules
+            os.close(command)
+            forward.stop_and_close(fd)
         self.works(forward)
 
 
