@@ -119,6 +119,36 @@ def check_no_allocations(places, what, since=0):
         raise Failure('%s: memory is left: %r' % (what, live_allocations(places, since)))
 
 
+class Module:
+    """A module that udev or the kernel loads when there is need, and what it leaves behind."""
+
+    def __init__(self, name):
+        self.name = name                # as /proc/modules has it
+        self.since = 0                  # jiffies before it was loaded
+
+    def will_come(self):
+        """To be called before whatever may load it."""
+        if not module_loaded(self.name):
+            self.since = jiffies()
+
+    def load(self):
+        self.will_come()
+        command('modprobe', self.name)
+
+    def unload(self):
+        """Not before udevd is done with the last device, or it may load it again."""
+        addresses = module_addresses(self.name)
+        settle()
+        command('modprobe', '-r', self.name)
+        check_no_allocations({self.name: [addresses]}, 'the module has gone', self.since)
+
+    def allocations(self):
+        return live_allocations({self.name: [module_addresses(self.name)]}, self.since)
+
+
+hid_xhc = Module('hid_xhc')
+
+
 def settle():
     """Until udevd has nothing to do. That of bookworm at times hangs up on who asks: once more."""
     def done():
@@ -129,16 +159,6 @@ def settle():
         return found.returncode == 0
 
     wait_for(done, 'answer of udevd')
-
-
-def load_driver():
-    command('modprobe', 'hid-xhc')
-
-
-def unload_driver():
-    """For good: not before udevd is done with the last device, or it may load it again."""
-    settle()
-    command('modprobe', '-r', 'hid-xhc')
 
 
 class Events:
@@ -257,6 +277,7 @@ class Plugged:
 
     def plug(self):
         before = self.usb.frame_count
+        hid_xhc.will_come()
         self.usb.plug()
         self.wait_bound(before)
         return self

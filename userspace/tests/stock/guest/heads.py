@@ -12,9 +12,8 @@ import struct
 import subprocess
 import time
 
-from harness import (BIND_TIME, Failure, check_no_allocations, command, equal, jiffies,
-                     live_allocations, module_addresses, module_loaded, read_file, settle, true,
-                     wait_for, write_file)
+from harness import (BIND_TIME, Failure, Module, command, equal, read_file, true, wait_for,
+                     write_file)
 
 LDISC = 29
 UART = 'uart'           # the 8250
@@ -127,32 +126,7 @@ def ldattach_pids(device):
     return found
 
 
-class Module:
-    """xy3 comes when something is attached, or by load(). What it leaves behind is looked for."""
-
-    def __init__(self):
-        self.since = 0                  # jiffies before it was loaded
-
-    def will_come(self):
-        if not module_loaded('xy3'):
-            self.since = jiffies()
-
-    def load(self):
-        self.will_come()
-        command('modprobe', 'xy3')
-
-    def allocations(self):
-        return live_allocations({'xy3': [module_addresses('xy3')]}, self.since)
-
-    def unload(self):
-        """Not before udevd is done with the last head."""
-        addresses = module_addresses('xy3')
-        settle()
-        command('modprobe', '-r', 'xy3')
-        check_no_allocations({'xy3': [addresses]}, 'the module has gone', self.since)
-
-
-module = Module()
+module = Module('xy3')
 
 
 class Attached:

@@ -5,9 +5,8 @@ import glob
 import os
 import select
 
-from harness import (BIND_TIME, TRACING, Plugged, Watcher, check_no_allocations, equal, find,
-                     live_allocations, load_driver, module_addresses, module_loaded, read_file,
-                     true, unload_driver, wait_for, write_file)
+from harness import (BIND_TIME, TRACING, Plugged, Watcher, equal, find, hid_xhc, module_loaded,
+                     read_file, true, wait_for, write_file)
 from xhc_sim.usb import UsbPendant
 
 TESTS = []
@@ -85,6 +84,7 @@ def strange_descriptor_is_refused():
     """Another product with these ids: the driver does not touch it."""
     other = bytes.fromhex('06 00 FF 09 01 A1 01 85 04 09 01 15 00 26 FF 00 95 09 75 08 81 02 C0')
     usb = UsbPendant(report_descriptor=other)
+    hid_xhc.will_come()
     usb.plug()
     try:
         wait_for(lambda: find.hid_directory(usb.phys), 'HID device', BIND_TIME)
@@ -99,10 +99,10 @@ def strange_descriptor_is_refused():
 def keys_go_up_when_the_module_goes():
     with Plugged() as pendant:
         watcher = hold_two_keys(pendant)
-        unload_driver()
+        hid_xhc.unload()
         check_let_go(watcher.rest())
         true(not module_loaded('hid_xhc'), 'the module is still there')
-        load_driver()
+        hid_xhc.load()
         pendant.wait_bound()
         pendant.usb.press(3)
         equal(pendant.events.report(), ['MSC_SCAN 3', 'BTN_TRIGGER_HAPPY3 1'], 'key')
@@ -112,8 +112,8 @@ def keys_go_up_when_the_module_goes():
 def module_in_and_out():
     with Plugged() as first, Plugged('HB03') as second:
         for number in range(4):
-            unload_driver()
-            load_driver()
+            hid_xhc.unload()
+            hid_xhc.load()
             first.wait_bound()
             second.wait_bound()
             first.set('dro/feedrate', number)
@@ -125,7 +125,7 @@ def module_in_and_out():
 
 @test
 def tracepoints():
-    load_driver()
+    hid_xhc.load()
     for event in ('report', 'frame'):
         write_file('%s/events/xhc/%s/enable' % (TRACING, event), '1')
     try:
@@ -151,15 +151,12 @@ def tracepoints():
 @test
 def no_memory_is_left():
     """Last but one: after all that was done above."""
-    load_driver()
-    where = {'hid_xhc': [module_addresses('hid_xhc')]}
+    hid_xhc.load()
     with Plugged() as pendant:
         pendant.flush()
-        true(live_allocations(where),
-             'even of a plugged pendant no allocation is seen')
-    check_no_allocations(where, 'after the unplug')
-    unload_driver()
-    check_no_allocations(where, 'after the module')
+        true(hid_xhc.allocations(), 'even of a plugged pendant no allocation is seen')
+    wait_for(lambda: not hid_xhc.allocations(), 'end of what a pendant had', BIND_TIME)
+    hid_xhc.unload()
 
 
 @test

@@ -10,8 +10,7 @@ import random
 import threading
 import time
 
-from harness import (BIND_TIME, Plugged, command, equal, find, load_driver, true,
-                     wait_for)
+from harness import BIND_TIME, Plugged, command, equal, find, hid_xhc, true, wait_for
 from xhc_sim.uhid import UhidPendant
 from xhc_sim.usb import UsbPendant
 
@@ -127,6 +126,7 @@ def plug_and_unplug(device, rounds, fault, ways):
     ways    functions that unplug
     """
     chance = random.Random(SEED)
+    hid_xhc.will_come()
     with Users(device) as users:
         for number in range(rounds):
             device.fault = 'none'
@@ -169,7 +169,7 @@ def module_storm():
             time.sleep(chance.uniform(0, 0.1))
             send_noise(usb, chance)
             command('modprobe', '-r', 'hid-xhc')
-            load_driver()
+            hid_xhc.load()
     usb.unplug()
     wait_for(lambda: find.hid_directory(usb.phys) is None, 'end of the HID device', 20)
 
