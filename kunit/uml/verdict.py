@@ -2,12 +2,13 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Judge one run of the test kernel by everything that it left (see kunit/uml/run).
 
-verdict.py OUT [--name NAME] [--suite NAME:CASES]... [--no-leak-scan]
+verdict.py OUT [--name NAME] [--suite NAME:CASES]... [--no-leak-scan] [--plain]
 
 One line for each KUnit case, one (NAME.clean) for the run itself: it is ok only if the kernel came
 to its end, the command's status is 0, the console shows no report of any checker, nothing tainted
-the kernel, lockdep still works, and no memory leaked. Each --suite must be there, whole, with at
-least that many cases; a suite that was not asked for is a fault. A skipped case has failed.
+the kernel, lockdep still works, and no memory leaked. (A --plain kernel has neither lockdep nor
+kmemleak.) Each --suite must be there, whole, with at least that many cases; a suite that was not
+asked for is a fault. A skipped case has failed.
 The last line is "verdict: N passed, N failed"; the status is 0 if none failed.
 """
 import argparse
@@ -206,7 +207,7 @@ def judge_case(suite, case):
     return False
 
 
-def judge(out, name, wanted, leaks_wanted, allow=()):
+def judge(out, name, wanted, leaks_wanted, allow=(), plain=False):
     """Print what there is to say; (passed, failed)."""
     def allowed(text):
         return any(re.search(pattern, text) for pattern in allow)
@@ -215,10 +216,12 @@ def judge(out, name, wanted, leaks_wanted, allow=()):
     verdicts = [judge_case(suite, case) for suite in suites for case in suite.cases]
     for suite in suites:
         faults += suite.faults
-    for check in (check_end, check_taint, check_lockdep):
+    for check in (check_end, check_taint):
         faults += check(out)
+    if not plain:
+        faults += check_lockdep(out)
     faults += check_console(out, allowed)
-    if leaks_wanted:
+    if leaks_wanted and not plain:
         faults += check_leaks(out, allowed)
     for fault in faults:
         print(f'    {fault}')
@@ -241,11 +244,12 @@ def main():
     parser.add_argument('--suite', type=suite_argument, action='append', default=[],
                         metavar='NAME:CASES', help='a suite and its least number of cases')
     parser.add_argument('--no-leak-scan', action='store_true', help='run was called with -l')
+    parser.add_argument('--plain', action='store_true', help='run by build-kernel --plain')
     parser.add_argument('--allow', action='append', default=[], metavar='REGEX',
                         help='console lines and leaks that match are not ours; say why there')
     args = parser.parse_args()
     passed, failed = judge(args.out, args.name or args.out.name, dict(args.suite),
-                           not args.no_leak_scan, args.allow)
+                           not args.no_leak_scan, args.allow, args.plain)
     print(f'verdict: {passed} passed, {failed} failed')
     return failed > 0
 

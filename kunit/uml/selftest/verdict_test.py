@@ -54,10 +54,10 @@ class VerdictTest(unittest.TestCase):
         path.parent.mkdir(exist_ok=True)
         path.write_text(text)
 
-    def judge(self, least=2, wanted=None):
+    def judge(self, least=2, wanted=None, plain=False):
         said = io.StringIO()
         with contextlib.redirect_stdout(said):
-            counts = verdict.judge(self.out, 'run', wanted or {'some': least}, True)
+            counts = verdict.judge(self.out, 'run', wanted or {'some': least}, True, plain=plain)
         return counts, said.getvalue()
 
     def assert_refused(self, why, **arguments):
@@ -68,6 +68,18 @@ class VerdictTest(unittest.TestCase):
     def test_good_run_is_accepted(self):
         counts, said = self.judge()
         self.assertEqual(counts, (3, 0), said)
+
+    def test_plain_kernel(self):
+        """It has neither lockdep nor kmemleak; all else counts."""
+        for name in ('lockdep', 'kmemleak'):
+            (self.out / name).unlink()
+        counts, said = self.judge(plain=True)
+        self.assertEqual(counts, (3, 0), said)
+        self.leave('tainted', str(1 << 9) + '\n')
+        self.assert_refused('taint', plain=True)
+        self.leave('tainted', '0\n')
+        self.leave('console.log', GOOD_CONSOLE + '[    9.000000] Oops: 0002\n')
+        self.assert_refused('console', plain=True)
 
     def test_too_few_cases(self):
         self.assert_refused('2 cases, at least 3 wanted', least=3)
