@@ -1,0 +1,429 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""Debian's LinuxCNC, unchanged, with the configuration of userspace/linuxcnc as an ordinary user
+of the group dialout: the wheel of a virtual pendant moves a simulated mill, and the pendant's
+display shows where the mill is.
+
+No part of LinuxCNC has a display here; the pendant's keys, and halcmd for what a user would do on
+the screen, are all that works it. The kernel is the one that checks nothing: in the other, on a
+busy machine, xhc-dro is at times later than xhc-jog.hal allows.
+"""
+
+import glob
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+
+import rig
+import runner
+from rig import find
+
+SOURCE = os.path.join(rig.HERE, '..', '..', 'linuxcnc')
+HOME = '/run/mill'
+COPY = '/run/linuxcnc'
+CONFIG = HOME + '/xhc-hb04'
+USER = ['setpriv', '--reuid', 'nobody', '--regid', 'dialout', '--clear-groups', '--']
+ENVIRONMENT = {'HOME': HOME, 'PATH': CONFIG + ':/usr/bin:/bin:/usr/sbin:/sbin',
+               'PYTHONDONTWRITEBYTECODE': '1'}
+DIALOUT = 20
+PATIENCE = 120          # for what takes no time on a machine that has nothing else to do
+# what is said when something does not come
+PINS = ('halui.estop.is-activated', 'halui.machine.is-on', 'halui.mode.is-manual',
+        'halui.mode.is-teleop', 'halui.joint.0.is-homed', 'halui.joint.1.is-homed',
+        'halui.joint.2.is-homed', 'halui.axis.x.pos-feedback', 'halui.axis.y.pos-feedback',
+        'halui.axis.z.pos-feedback', 'motion.jog-is-active', 'motion.current-vel',
+        'input.0.rel-dial-counts', 'mux-gen.00.out-float', 'xhc.ok.out', 'xhc.on-x.out',
+        'xhc.on-y.out', 'xhc.on-z.out', 'xhc.off.out')
+NEAR = 3e-5             # millimetres; halcmd says seven digits, of places up to 99.99999
+
+
+def hal(*words):
+    """halcmd's answer; what it refuses is a failure."""
+    done = subprocess.run([*USER, 'halcmd', '-s', *words], env=ENVIRONMENT, text=True,
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=PATIENCE,
+                          check=False)
+    if done.returncode:
+        raise AssertionError('halcmd %s: %s' % (' '.join(words), done.stdout))
+    return done.stdout.strip()
+
+
+def pin(name):
+    return hal('getp', name)
+
+
+def seen(names):
+    """-> {name: value or None}, for messages"""
+    found = {}
+    for name in names:
+        try:
+            found[name] = pin(name)
+        except AssertionError:
+            found[name] = None          # its component is not there, or nothing is
+    return found
+
+
+def is_true(name):
+    return pin(name) == 'TRUE'
+
+
+def position(axis):
+    return float(pin('halui.axis.%s.pos-feedback' % axis))
+
+
+def processes(word):
+    """Those that have `word` among their arguments."""
+    found = []
+    for path in glob.glob('/proc/[0-9]*/cmdline'):
+        try:
+            with open(path, 'rb') as file:
+                words = file.read().decode(errors='replace').split('\0')
+        except OSError:
+            continue
+        if any(os.path.basename(each) == word for each in words[:2]):
+            found.append(int(path.split('/')[2]))
+    return found
+
+
+class Mill:
+    """LinuxCNC, from its start to its end."""
+
+    def __init__(self):
+        shutil.rmtree(HOME, ignore_errors=True)
+        shutil.copytree(COPY, CONFIG)
+        self._edit('DISPLAY = axis', 'DISPLAY = dummy')
+        # so slow that a busy machine has time to see a move stopped
+        self._edit('[AXIS_X]\nMAX_VELOCITY = 50', '[AXIS_X]\nMAX_VELOCITY = 5')
+        subprocess.run(['chown', '-R', 'nobody:dialout', HOME], check=True)
+        self.log = open(HOME + '/log', 'w+', encoding='utf-8', errors='replace')
+        self.process = subprocess.Popen(
+            [*USER, 'linuxcnc', '-r', CONFIG + '/xhc-hb04.ini'], env=ENVIRONMENT, cwd=HOME,
+            stdin=subprocess.PIPE, stdout=self.log, stderr=subprocess.STDOUT)
+        self.wait(lambda: 'DUMMY DISPLAY' in self.said())
+
+    @staticmethod
+    def _edit(old, new):
+        with open(CONFIG + '/xhc-hb04.ini', encoding='ascii') as file:
+            text = file.read()
+        if text.count(old) != 1:
+            raise AssertionError('no %r' % old)
+        with open(CONFIG + '/xhc-hb04.ini', 'w', encoding='ascii') as file:
+            file.write(text.replace(old, new))
+
+    def said(self):
+        with open(HOME + '/log', encoding='utf-8', errors='replace') as file:
+            return file.read()
+
+    def wait(self, condition):
+        if not find.wait(condition, PATIENCE, 0.05):
+            raise AssertionError('it does not come: %r; LinuxCNC says: %s' % (
+                seen(PINS), self.said()[-3000:]))
+
+    def click(self, name):
+        """A button on the screen"""
+        hal('setp', name, '1')
+        self.wait(lambda: is_true(name))
+        hal('setp', name, '0')
+
+    def ready(self):
+        """Out of the emergency stop, on, at home"""
+        for name, lamp in (('estop.reset', 'estop.is-activated'), ('machine.on', 'machine.is-on'),
+                           ('home-all', 'joint.2.is-homed')):
+            wanted = name != 'estop.reset'
+
+            def lit():
+                if is_true('halui.' + lamp) == wanted:
+                    return True
+                self.click('halui.' + name)
+                return find.wait(lambda: is_true('halui.' + lamp) == wanted, 20)
+
+            self.wait(lit)
+        self.wait(lambda: is_true('halui.mode.is-teleop'))
+
+    def end(self):
+        """-> its exit status"""
+        self.process.communicate(b'\n', timeout=PATIENCE)
+        return self.process.returncode
+
+
+def setUpModule():
+    """The lock file of LinuxCNC is in /tmp, which is read-only here, and may hold our own files:
+    what of them is wanted has to be read before."""
+    rig.load()
+    shutil.copytree(SOURCE, COPY)
+    subprocess.run(['mount', '-t', 'tmpfs', 'tmpfs', '/tmp'], check=True)
+
+
+def tearDownModule():
+    if Case.mill:
+        Case.end()
+
+
+class Case(rig.Case):
+    """All share one mill and one pendant, unless a case has ended them."""
+
+    mill = None
+    pendant = None
+
+    @classmethod
+    def setUpClass(cls):
+        if not Case.mill:
+            Case.mill = Mill()
+            Case.pendant = rig.Rig()
+            cls.come()
+            cls.mill.ready()
+
+    @classmethod
+    def end(cls):
+        """-> LinuxCNC's exit status"""
+        mill, Case.mill = cls.mill, None
+        status = mill.end()
+        cls.pendant.unplug()
+        return status
+
+    @classmethod
+    def come(cls):
+        """Plugs the pendant in, and does what udev's rules do."""
+        pendant = cls.pendant.plug()
+        for node in [pendant.event_node, *glob.glob(pendant.path + '/dro/*')]:
+            if os.stat(node).st_mode & 0o200:
+                os.chown(node, 0, DIALOUT)
+                os.chmod(node, 0o660)
+        cls.mill.wait(lambda: is_true('xhc.ok.out'))
+
+    def select(self, name):
+        device = self.pendant.device
+        device.select(device.model.selector_code(name))
+        for axis in 'xyz':
+            self.mill.wait(lambda: is_true('xhc.on-%s.out' % axis) == (axis == name))
+        # leaving an axis stops what moves, for a while in which no other jog begins
+        self.mill.wait(lambda: not is_true('xhc.off.out'))
+
+    def press(self, name):
+        device = self.pendant.device
+        device.press(device.model.key_code(name))
+        key = 'input.0.btn-trigger-happy%d' % device.model.key_code(name)
+        self.mill.wait(lambda: is_true(key))
+        device.release(device.model.key_code(name))
+        self.mill.wait(lambda: not is_true(key))
+
+    def step(self, wanted):
+        for _ in range(4):
+            now = pin('mux-gen.00.out-float')
+            if now == wanted:
+                return
+            self.press('STEP++')
+            self.mill.wait(lambda: pin('mux-gen.00.out-float') != now)
+        raise AssertionError('no step %s' % wanted)
+
+    def turn(self, detents):
+        self.pendant.device.turn(detents)
+
+    def still(self):
+        return not is_true('motion.jog-is-active') and float(pin('motion.current-vel')) == 0
+
+    def assertAt(self, axis, wanted):
+        """It comes there, and stays there."""
+        self.mill.wait(lambda: abs(position(axis) - wanted) < NEAR and self.still())
+        self.assertAlmostEqual(position(axis), wanted, delta=NEAR)
+
+    def counted(self, detents):
+        """The wheel's counts, once they have come to LinuxCNC."""
+        wanted = self.before + detents
+        self.mill.wait(lambda: int(pin('input.0.rel-dial-counts')) == wanted)
+
+    def setUp(self):
+        super().setUp()
+        self.mill.ready()
+        self.be_patient()
+        self.before = int(pin('input.0.rel-dial-counts'))
+        self.select('off')
+
+    @staticmethod
+    def be_patient(width=5):
+        """Seconds without a word of xhc-dro that stop the wheel. The configuration has 0.5, and on
+        a busy machine it is at times later: wherever a stop is not what is looked at, it may be."""
+        hal('setp', 'xhc.alive.width', str(width))
+
+    def long_jog(self):
+        """100 mm, which take twenty seconds; -> where it was to end"""
+        self.be_patient()
+        self.step('1')
+        self.select('x')
+        start = position('x')
+        self.turn(-100)
+        self.mill.wait(lambda: position('x') < start - 1)
+        self.be_patient(0.5)
+        return start - 100
+
+    def assertStopped(self, end):
+        """Far from where it was to end. What says that it moves may be old after a stop."""
+        def rests():
+            place = position('x')
+            time.sleep(1)
+            return position('x') == place
+
+        self.mill.wait(rests)
+        self.assertGreater(position('x'), end + 10)
+
+
+class Wheel(Case):
+    def test_a_detent_is_a_step(self):
+        for step in ('0.001', '0.01', '0.1', '1'):
+            self.step(step)
+            for axis, detents in (('x', 5), ('x', -3), ('y', -2), ('z', -4), ('z', 1)):
+                with self.subTest(axis=axis, step=step, detents=detents):
+                    self.select(axis)
+                    others = {other: position(other) for other in 'xyz' if other != axis}
+                    start = position(axis)
+                    self.turn(detents)
+                    self.assertAt(axis, start + detents * float(step))
+                    self.assertEqual({other: position(other) for other in others}, others)
+
+    def test_off_moves_nothing(self):
+        self.step('1')
+        places = [position(axis) for axis in 'xyz']
+        self.turn(20)
+        self.counted(20)
+        self.select('y')
+        self.assertEqual([position(axis) for axis in 'xyz'], places)
+        self.turn(1)
+        self.assertAt('y', places[1] + 1)
+        self.assertEqual(position('x'), places[0])
+
+    def test_another_step_makes_no_jump(self):
+        self.step('0.001')
+        self.select('x')
+        start = position('x')
+        self.turn(7)
+        self.assertAt('x', start + 0.007)
+        for step, place in (('0.01', 0.017), ('0.1', 0.117), ('1', 1.117), ('0.001', 1.118)):
+            before = position('x')
+            self.step(step)
+            self.assertEqual(position('x'), before)
+            self.turn(1)
+            self.assertAt('x', start + place)
+
+    def test_overrides(self):
+        device = self.pendant.device
+        for name, value in (('feed', 'halui.feed-override.value'),
+                            ('spindle', 'halui.spindle.0.override.value')):
+            for detents, percent in ((-10, 90), (10, 100)):
+                device.select(device.model.selector_code(name))
+                self.mill.wait(lambda: is_true('xhc.on-%s.out' % name))
+                self.turn(detents)
+                self.mill.wait(lambda: abs(float(pin(value)) - percent / 100) < NEAR)
+                shown = {'feed': 'feedrate_override', 'spindle': 'spindle_override'}[name]
+                self.assertTrue(self.pendant.shows(shown, percent, PATIENCE))
+
+
+class Display(Case):
+    def test_it_shows_where_the_axis_is(self):
+        self.step('0.1')
+        self.assertTrue(self.pendant.shows('step', 100, PATIENCE))
+        self.select('x')
+        end = position('x') + 12.3
+        self.turn(123)
+        self.assertAt('x', end)
+        for name in ('machine_x', 'work_x'):
+            self.assertTrue(self.pendant.shows(name, '%.4f' % end, PATIENCE))
+        self.assertTrue(self.pendant.shows('state', 'idle', PATIENCE))
+        self.assertEqual(self.pendant.device.lcd.faults, [])
+
+
+class Stops(Case):
+    def test_selector_off(self):
+        end = self.long_jog()
+        self.select('off')
+        self.assertStopped(end)
+
+    def test_another_axis(self):
+        end = self.long_jog()
+        self.select('y')
+        self.assertStopped(end)
+
+    def test_sleep(self):
+        end = self.long_jog()
+        self.pendant.device.sleep()
+        self.assertStopped(end)
+
+    def test_the_display_program_hangs(self):
+        """Nobody says any more that the pendant is there."""
+        program, = processes('xhc-dro')
+        end = self.long_jog()
+        os.kill(program, signal.SIGSTOP)
+        self.addCleanup(os.kill, program, signal.SIGCONT)
+        self.mill.wait(lambda: not is_true('xhc.ok.out'))
+        self.assertStopped(end)
+        place = position('x')
+        self.turn(5)
+        self.counted(-95)
+        self.be_patient()
+        os.kill(program, signal.SIGCONT)
+        self.mill.wait(lambda: is_true('xhc.ok.out'))
+        self.turn(1)
+        self.assertAt('x', place + 1)
+
+    def test_unplugged(self):
+        """The selector was at X, and after that is at Y: the wheel does not move X any more."""
+        for _ in range(2):
+            end = self.long_jog()
+            self.pendant.unplug()
+            self.mill.wait(lambda: not is_true('xhc.ok.out'))
+            self.assertStopped(end)
+            places = position('x'), position('y')
+            self.pendant.device.pendant.selector = 0
+            self.be_patient()
+            self.come()
+            self.turn(9)
+            self.before = int(pin('input.0.rel-dial-counts'))
+            self.select('y')
+            self.turn(2)
+            self.assertAt('y', places[1] + 2)
+            self.assertEqual(position('x'), places[0])
+            self.select('x')
+            self.turn(30)
+            self.assertAt('x', places[0] + 30)
+
+
+class Keys(Case):
+    def test_go_to_zero(self):
+        self.step('1')
+        for axis, detents in (('x', 3), ('z', -5)):
+            self.select(axis)
+            end = position(axis) + detents
+            self.turn(detents)
+            self.assertAt(axis, end)
+        self.select('off')
+        self.press('Goto zero')
+        for axis in 'zx':
+            self.assertAt(axis, 0)
+        self.mill.click('halui.mode.manual')
+        self.mill.wait(lambda: is_true('halui.mode.is-manual'))
+
+    def test_stop_ends_a_jog(self):
+        end = self.long_jog()
+        self.press('Stop')
+        self.assertStopped(end)
+
+    def test_reset_is_the_emergency_stop(self):
+        end = self.long_jog()
+        self.press('Reset')
+        self.mill.wait(lambda: is_true('halui.estop.is-activated'))
+        self.assertStopped(end)
+        self.mill.ready()
+
+
+class End(Case):
+    def test_nothing_stays(self):
+        mill = self.mill
+        self.assertEqual(self.end(), 0)
+        for name in ('xhc-dro', 'hal_input'):
+            self.assertTrue(find.wait(lambda: not processes(name), 10), name)
+        self.assertNotIn('xhc-dro:', mill.said())
+        self.assertNotIn('Traceback', mill.said())
+
+
+if __name__ == '__main__':
+    sys.exit(runner.main())
