@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""A document's commands, typed one after another as its reader would.
+
+A test names each command in the document's order: one that it does not expect there, or that it
+does not come to, is a failure. Documents and examples are below PLACE.
+"""
+
+import os
+import signal
+import subprocess
+import tempfile
+
+from access import DIALOUT, NOBODY
+from harness import BIND_TIME, Failure, equal, find, read_file, true
+from pages import commands
+
+PLACE = '/src'
+HOME = '/tmp/home'
+MEMBER = ['setpriv', '--reuid', str(NOBODY), '--regid', str(NOBODY), '--groups', str(DIALOUT), '--']
+
+
+class Document:
+    """with Document('README.md') as document: document.run('xhcctl list') ..."""
+
+    def __init__(self, name):
+        self.name = name
+        with open(os.path.join(PLACE, name), encoding='utf-8') as file:
+            self.left = commands(file.read())
+        self.block = None
+        self.folder = PLACE
+
+    def __enter__(self):
+        if not os.path.isdir(HOME):
+            os.mkdir(HOME)
+            os.chown(HOME, NOBODY, NOBODY)
+        return self
+
+    def __exit__(self, kind, *_):
+        if kind is None:
+            equal([command.text for command in self.left], [],
+                  'commands of %s that no test knows' % self.name)
+
+    def next(self, text=None):
+        """The next command, which must be this one; None: which must be a program"""
+        true(self.left, '%s: no command %r' % (self.name, text))
+        command = self.left.pop(0)
+        if text is None:
+            equal(command.who, 'program', 'in %s: %r' % (self.name, command.text))
+        else:
+            equal(command.text, text, 'next command of ' + self.name)
+        if command.block != self.block:
+            self.block, self.folder = command.block, PLACE
+        return command
+
+    def start(self, command, text, **options):
+        words = ['sh', '-c', text] if command.who != 'program' else ['python3', '-u', '-c', text]
+        if command.who != 'root':
+            words = MEMBER + words
+        return subprocess.Popen(words, cwd=self.folder, stderr=subprocess.STDOUT,
+                                stdin=subprocess.DEVNULL, start_new_session=True,
+                                env={**os.environ, 'HOME': HOME, 'TERM': 'dumb'}, **options)
+
+    def finish(self, command, text, status=0):
+        """To its end -> what it prints"""
+        # not by a pipe: who goes on in the background keeps it open
+        with tempfile.TemporaryFile('w+', encoding='utf-8') as file:
+            process = self.start(command, text, stdout=file)
+            try:
+                found = process.wait(BIND_TIME)
+            except subprocess.TimeoutExpired:
+                found = 'none'
+                os.killpg(process.pid, signal.SIGKILL)
+                process.wait()
+            file.seek(0)
+            output = file.read()
+        equal(found, status, 'status of %r in %s, with %r' % (command.text, self.name,
+                                                              output[-500:]))
+        return output
+
+    def run(self, text, names=(), status=0):
+        """-> what it prints. names: [(as in the document, as it is here), ...]"""
+        command = self.next(text)
+        for name, here in names:
+            text = text.replace(name, here)
+        if text.startswith('cd '):
+            self.folder = self.finish(command, text + ' && pwd').strip()
+            return ''
+        return self.finish(command, text, status)
+
+    def shows(self, text):
+        """A command that prints what the document has below it, and nothing else"""
+        shown = self.left[0].shown if self.left else []
+        equal(self.run(text).splitlines(), shown, 'what %r prints' % text)
+
+    def file(self, text):
+        """"cat FILE": the reader is to write that file"""
+        shown = [line for line in self.left[0].shown if line] if self.left else []
+        with open(text.split()[1], 'w', encoding='utf-8') as file:
+            file.write('\n'.join(shown) + '\n')
+        self.shows(text)
+
+    def follow(self, text, act, *words, ready=''):
+        """Goes on by itself: once it has printed `ready`, act(); until all words are printed."""
+        command = self.next(text)
+        with tempfile.NamedTemporaryFile('w') as file:
+            process = self.start(command, command.text, stdout=file)
+
+            def printed(word):
+                return lambda: word in read_output(file.name) or process.poll() is not None
+
+            try:
+                find.wait(printed(ready), BIND_TIME)
+                act()
+                for word in words:
+                    find.wait(printed(word), BIND_TIME)
+                output = read_output(file.name)
+                missing = [word for word in words if word not in output]
+                if missing:
+                    raise Failure('%r has not printed %r: %s' % (command.text, missing, output))
+            finally:
+                if process.poll() is None:
+                    os.killpg(process.pid, signal.SIGINT)
+                process.wait(BIND_TIME)
+
+    def program(self):
+        command = self.next()
+        return self.finish(command, command.text)
+
+    def follow_program(self, act, *words):
+        self.follow(None, act, *words)
+
+    def elsewhere(self, *texts, test):
+        """Commands that cannot be typed here; `test` names who does what they do."""
+        true(test, 'nobody')
+        for text in texts:
+            self.next(text)
+
+
+def read_output(path):
+    try:
+        return read_file(path)
+    except UnicodeDecodeError:
+        with open(path, encoding='utf-8', errors='replace') as file:
+            return file.read()
