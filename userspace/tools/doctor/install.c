@@ -204,7 +204,9 @@ static void look_signature(struct doctor *doctor)
 {
 	static const char enrol[] = "sudo mokutil --import /var/lib/dkms/mok.pub   "
 		"# then restart, and choose Enroll MOK";
+	/* DKMS signs what it builds: to install it once more is not enough */
 	static const char sign[] = "sudo mokutil --import /var/lib/dkms/mok.pub && "
+		"sudo dkms build --force " NAME "/" VERSION " && "
 		"sudo dkms install --force " NAME "/" VERSION "   # then restart, and choose "
 		"Enroll MOK";
 	const struct doctor_driver *driver = doctor_tool_of(doctor)->drivers;
