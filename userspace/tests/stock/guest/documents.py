@@ -132,6 +132,16 @@ def page_on_installing():
         document.elsewhere('make deb', 'apt install ./build/deb/*.deb',
                            test='build-debs, debs-in-tree')
         document.elsewhere('sudo adduser $USER dialout', test='setpriv is as good')
+        document.elsewhere('mokutil --import /var/lib/dkms/mok.pub',
+                           test='secure-boot, by what the kernel sees of it')
+        document.elsewhere(
+            'openssl req -new -x509 -nodes -newkey rsa:2048 -days 3650 -subj "/CN=my modules/" '
+            '-outform DER -keyout /etc/dkms/my.key -out /etc/dkms/my.der',
+            'echo mok_signing_key=/etc/dkms/my.key >> /etc/dkms/framework.conf',
+            'echo mok_certificate=/etc/dkms/my.der >> /etc/dkms/framework.conf',
+            'dpkg-reconfigure xhc-xy3-dkms', test='debs-in-tree own-key')
+        document.elsewhere('mokutil --import /etc/dkms/my.der',
+                           test='secure-boot, by what the kernel sees of it')
 
 
 @test
