@@ -1,13 +1,16 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """The pendant's display: its directory in sysfs, and the text that its attributes take."""
 
+import errno
 import math
 import os
+import time
 
 DRIVER = '/sys/bus/hid/drivers/hid-xhc'
 AXES = 'xyz'
 FARTHEST = 65535.99         # what every model can show
 GREATEST = 65535
+UDEV_TIME = 5.0             # seconds until the group may write, at the latest
 
 
 def find(phys=None, driver=DRIVER):
@@ -92,6 +95,7 @@ class Display:
         self.shown = {}
         self.troubles = set()
         self.available = self._available()
+        self.born = time.monotonic()
 
     def _available(self):
         try:
@@ -122,8 +126,11 @@ class Display:
         os.pwrite(self.files[name], text.encode('ascii'), 0)
 
     def _complain(self, name, text, error):
-        """Once for each attribute and error; a pendant that has gone is no trouble."""
+        """Once for each attribute and error; a pendant that has gone is no trouble, nor is one that
+        udevd has not come to yet."""
         if (name, error.errno) in self.troubles or not self.there():
+            return
+        if error.errno == errno.EACCES and time.monotonic() < self.born + UDEV_TIME:
             return
         self.troubles.add((name, error.errno))
         self.say('%s: %s: %s' % (name, text, error.strerror))

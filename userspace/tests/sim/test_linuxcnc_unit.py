@@ -4,6 +4,7 @@
 of errors, how it follows a pendant and hal_input; and that its HAL files, page and driver agree.
 """
 
+import errno
 import os
 import re
 import shutil
@@ -167,6 +168,21 @@ class Display(Case):
         self.put(self.path + '/dro/feedrate', '')
         self.display.show({'feedrate': '5'})
         self.assertEqual(self.get(self.path, 'feedrate'), '5')
+
+    def test_udevd_is_waited_for(self):
+        """Until then nobody but root may write, and that is no trouble."""
+        denied = PermissionError(errno.EACCES, 'Permission denied')
+        with mock.patch.object(display.os, 'open', side_effect=denied), \
+                mock.patch.object(display.time, 'monotonic') as clock:
+            clock.return_value = self.display.born + display.UDEV_TIME - 0.1
+            self.display.show({'feedrate': '5'})
+            self.assertEqual(self.said, [])
+            clock.return_value += 0.2
+            for _ in range(3):
+                self.display.show({'feedrate': '5'})
+            self.assertEqual(self.said, ['feedrate: 5: Permission denied'])
+        self.display.show({'feedrate': '5'})
+        self.assertEqual(self.display.shown, {'feedrate': '5'})
 
     def test_a_pendant_that_goes_is_no_trouble(self):
         shutil.rmtree(self.path)
