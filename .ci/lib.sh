@@ -15,6 +15,8 @@
 #	take NAME LEAST COMMAND...	run COMMAND, whose last line is "WORD: P passed, F failed"; show
 #			what it says, add up its counts, and fail if there were fewer than LEAST
 #	tally P F	add a sub-run's counts
+#	boots DIR	end the level if the test kernel whose run is in DIR did not boot: it has
+#			failed already, and would again with each further run
 #	finish		print "LEVEL: P passed, F failed" as the last line; exit 1 unless all is well
 
 top=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -83,6 +85,10 @@ tally() {
 	esac
 	level_passed=$((level_passed + $1))
 	level_failed=$((level_failed + $2))
+}
+
+boots() {
+	! grep -qs '^no boot' "$1/end" || finish
 }
 
 # A level that ran nothing proves nothing: that is a failure, too.
