@@ -22,8 +22,8 @@ endif
 
 .PHONY: all modules clean help install uninstall install-files uninstall-files demo demo-scanhead \
 	lib install-lib uninstall-lib tools install-tools uninstall-tools deb \
-	mutate bench check check-host check-kunit check-sim \
-	check-stock lint
+	mutate bench check check-host check-kunit check-uml \
+	check-distro lint
 
 all: modules
 
@@ -53,8 +53,8 @@ help:
 	@echo '  sudo make check    all levels of tests:'
 	@echo '    check-host         codecs, on this machine, under sanitizers'
 	@echo '    check-kunit        codecs and driver in a debugging kernel (User Mode Linux)'
-	@echo '    check-sim          the whole stack in that kernel, with virtual pendants'
-	@echo '    check-stock        DKMS and the whole stack on stock Debian kernels (QEMU)'
+	@echo '    check-uml          the whole stack in that kernel, with virtual pendants'
+	@echo '    check-distro       DKMS and the whole stack on stock Debian kernels (QEMU)'
 	@echo '    lint               compilers, sparse, checkpatch, documents against code'
 	@echo '  sudo make bench    how quick codecs and forward channel are, against others'
 	@echo '  sudo make mutate   break the code on purpose: is it noticed?'
@@ -149,32 +149,32 @@ ifeq ($(DESTDIR),)
 endif
 
 demo:
-	userspace/demo/pendant/run
+	userspace/demo/pendant/run-demo
 
 demo-scanhead:
-	userspace/demo/scanhead/run
+	userspace/demo/scanhead/run-demo
 
 check:
-	.ci/check
+	userspace/tests/check
 
 check-host:
-	kunit/host/run
+	userspace/tests/check-host
 
 check-kunit:
-	kunit/check-kunit
+	userspace/tests/check-kunit
 
-check-sim:
-	userspace/tests/check-sim
+check-uml:
+	userspace/tests/check-uml
 
-check-stock:
-	userspace/tests/check-stock
+check-distro:
+	userspace/tests/check-distro
 
 lint:
-	.ci/lint/run
+	userspace/tests/check-lint
 
 mutate:
-	kunit/mutate
+	userspace/tests/mutate/mutate
 
 bench:
-	kunit/host/bench/run
-	kunit/uml/bench/run
+	userspace/tests/bench/codec/bench-codec
+	userspace/tests/bench/forward/bench-forward

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Judge the KTAP of one user-space program, by the rules for the kernel's (kunit/uml/verdict.py).
+"""Judge the KTAP of one user-space program, by the rules for the kernel's
+(userspace/tests/uml/verdict.py).
 
 judge.py --min N < output
 
@@ -12,7 +13,7 @@ import argparse
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent / 'uml'))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / 'userspace/tests/uml'))
 import ktap      # noqa: E402
 import verdict   # noqa: E402
 

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: GPL-2.0-only
+/* bench: scans of the forward channel, against a straight loop over bits, and against memcpy */
+#include <stdlib.h>
+#include <linux/kernel.h>
+#include <linux/string.h>
+
+#include "../../../../drivers/xy3/xy3-lines.h"
+#include "bench.h"
+
+#define SCANS	256	/* in a block */
+
+struct encode_job {
+	struct xy3_line_map map;
+	size_t size;
+	u32 codes[SCANS * XY3_AXES];
+	u8 scans[SCANS * XY3_SCAN_SIZE_MAX];
+	u8 other[SCANS * XY3_SCAN_SIZE_MAX];
+};
+
+static u32 bit_loop_frame(unsigned int frame_bits, u32 code)
+{
+	unsigned int data_bits = frame_bits == 32 ? 26 : 20, parity_bits = frame_bits == 32 ? 4 : 2;
+	u32 frame = frame_bits == 32 ? 3 : 1, ones = 0;
+
+	for (unsigned int bit = data_bits; bit-- > 0;) {
+		frame = frame << 1 | (code >> bit & 1);
+		ones += code >> bit & 1;
+	}
+	return frame << parity_bits | (ones & ((1U << parity_bits) - 1));
+}
+
+/* Bit after bit, as they go over the wire: what one writes who has never met this problem before */
+static void bit_loop_encode(const struct xy3_line_map *map, const u32 *codes, size_t scans, u8 *out)
+{
+	unsigned int lines = map->lines, bits = 0;
+	unsigned int clocks = map->frame_bits + (map->sync_line < 0 ? 0 : XY3_GAP_CLOCKS);
+	u8 byte = 0;
+
+	for (; scans; scans--) {
+		u32 frame[XY3_LINES_MAX] = { 0 };
+
+		for (unsigned int i = 0; i < map->axes; i++)
+			frame[map->axis_line[i]] = bit_loop_frame(map->frame_bits, *codes++);
+		for (unsigned int clock = 0; clock < clocks; clock++)
+			for (unsigned int line = lines; line-- > 0;) {
+				byte <<= 1;
+				if (clock < map->frame_bits)
+					byte |= frame[line] >> (map->frame_bits - 1 - clock) & 1;
+				else
+					byte |= (int)line == map->sync_line;
+				if (++bits % 8 == 0)
+					*out++ = byte;
+			}
+	}
+}
+
+static void codec_block(void *data)
+{
+	struct encode_job *job = data;
+
+	xy3_encode_scans(&job->map, job->codes, SCANS, job->scans);
+}
+
+static void bit_loop_block(void *data)
+{
+	struct encode_job *job = data;
+
+	bit_loop_encode(&job->map, job->codes, SCANS, job->other);
+}
+
+static void memcpy_block(void *data)
+{
+	struct encode_job *job = data;
+
+	memcpy(job->other, job->scans, job->size);
+}
+
+static bool encode_good(void *data)
+{
+	struct encode_job *job = data;
+	bool same;
+
+	memset(job->scans, 0x11, sizeof(job->scans));
+	memset(job->other, 0x22, sizeof(job->other));
+	codec_block(job);
+	bit_loop_block(job);
+	same = !memcmp(job->scans, job->other, job->size);
+	memset(job->other, 0x22, sizeof(job->other));
+	memcpy_block(job);
+	return same && !memcmp(job->scans, job->other, job->size);
+}
+
+static const struct arrangement {
+	const char *name;
+	u8 lines;
+	u8 frame_bits;
+	bool sync_is_line;
+} arrangements[] = {
+	{ "24 bits, 1 line", 1, 24, false },
+	{ "32 bits, 1 line", 1, 32, false },
+	{ "24 bits, 2 lines", 2, 24, false },
+	{ "32 bits, 2 lines", 2, 32, false },
+	{ "24 bits, 4 lines", 4, 24, false },
+	{ "32 bits, 4 lines", 4, 32, false },
+	{ "24 bits, 4 lines with SYNC", 4, 24, true },
+	{ "32 bits, 4 lines with SYNC", 4, 32, true },
+	{ "24 bits, 8 lines", 8, 24, false },
+	{ "32 bits, 8 lines", 8, 32, false },
+	{ "24 bits, 8 lines with SYNC", 8, 24, true },
+	{ "32 bits, 8 lines with SYNC", 8, 32, true },
+};
+
+void add_encoding(void)
+{
+	static struct encode_job jobs[ARRAY_SIZE(arrangements)];
+	u32 random = 0x1234567;
+
+	for (size_t i = 0; i < ARRAY_SIZE(arrangements); i++) {
+		const struct arrangement *a = &arrangements[i];
+		struct encode_job *job = &jobs[i];
+
+		if (xy3_line_map_init(&job->map, a->lines, a->frame_bits,
+				      xy3_default_signals(a->lines, a->sync_is_line)))
+			abort();
+		job->size = SCANS * job->map.scan_size;
+		for (size_t k = 0; k < ARRAY_SIZE(job->codes); k++)
+			job->codes[k] = next_random(&random) & xy3_code_max(&job->map);
+		add_contest(&(struct contest) {
+			.table = "position frames made",
+			.name = a->name,
+			.unit = "frame",
+			.units = SCANS * job->map.axes,
+			.bytes = job->size,
+			.job = job,
+			.good = encode_good,
+			.contender = {
+				{ "codec", codec_block },
+				{ "bit loop", bit_loop_block },
+				{ "memcpy", memcpy_block },
+			},
+		});
+	}
+}

@@ -1,0 +1,324 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""Every command of the documents, typed in their order, with the devices that they speak of."""
+
+import contextlib
+import glob
+import os
+
+from access import DIALOUT, wait_access
+from harness import (BIND_TIME, Plugged, command, equal, error_of, read_file, settle, true,
+                     wait_for, write_file)
+from heads import CLASS, DEVICES, STICK, heads, ldattach_pids, module, peer, plug, unplug
+from typed import Document
+from virtual import SIM, UART, Virtual, sim
+
+TESTS = []
+ATTACH = 'xy3ctl attach --daemon /dev/ttyXY3SIM0'
+LIMIT = 500             # seconds for a page: an emulated machine takes its time
+
+
+def test(function):
+    function.limit = LIMIT
+    TESTS.append(function)
+    return function
+
+
+# --- devices -----------------------------------------------------------------------------------
+
+def wait_group(node):
+    wait_for(lambda: os.path.exists(node) and os.stat(node).st_gid == DIALOUT,
+             'the group of ' + node, BIND_TIME)
+
+
+@contextlib.contextmanager
+def pendant():
+    with Plugged('HB04') as plugged:
+        wait_group(plugged.node)
+        wait_access(plugged.path('dro'))
+        yield plugged
+
+
+def wait_head(head):
+    """Until the group may use what the kernel has just made."""
+    head.wait_bound()
+    wait_group(head.buffer)
+    wait_group(head.node)
+    wait_access(head.path('.'))
+    wait_access(head.iio + '/.')
+
+
+@contextlib.contextmanager
+def head(**parameters):
+    with Virtual(**parameters) as virtual:
+        wait_head(virtual)
+        yield virtual
+
+
+@contextlib.contextmanager
+def head_by(document, text):
+    """The virtual head that the document's own command makes"""
+    document.run(text)
+    virtual = Virtual()
+    try:
+        virtual.spi = '/sys/bus/spi/devices/' + sim('devices').split()[1]
+        wait_head(virtual)
+        yield virtual
+    finally:
+        settle()
+        command('modprobe', '-r', 'xy3-sim')
+
+
+@contextlib.contextmanager
+def attached_by(document, text):
+    """Its backchannel, by the document's own command"""
+    document.run(text)
+    try:
+        wait_for(lambda: read_file(CLASS + '/xy3-0/in_sync') == '1\n', 'sync', BIND_TIME)
+        yield
+    finally:
+        command('xy3ctl', 'detach', UART)
+
+
+def work(plugged):
+    """Hands on a pendant: selector to X, STEP++ down, three detents, all up again"""
+    plugged.usb.select(0x11)
+    plugged.usb.press(0x0D)
+    plugged.usb.turn(3)
+    plugged.usb.release(0x0D)
+    plugged.usb.select(0)
+
+
+def check_lcd(plugged, **fields):
+    def shown():
+        every = plugged.usb.lcd.as_dict()
+        return {name: every[name] for name in fields}
+
+    wait_for(lambda: shown() == fields, 'on the LCD: %r' % fields)
+
+
+def healthy(found):
+    """What a doctor prints where there is nothing to find"""
+    true('found' not in found, found)
+
+
+# --- pages -------------------------------------------------------------------------------------
+
+@test
+def first_page():
+    with Document('README.md') as document:
+        with pendant() as plugged:
+            document.run("xhcctl set position='135.17 -77.89 0 -220.334 0 1.5' step=10 state=run")
+            document.run('xhcctl set feedrate=1200 spindle_speed=18000 feedrate_override=100 '
+                         'spindle_override=80')
+            check_lcd(plugged, work_x='135.1700', machine_z='1.5000', step=10, state='run',
+                      feedrate=1200, spindle_override=80)
+            document.follow('xhcctl monitor', lambda: work(plugged), 'selector X', 'wheel    +3',
+                            'STEP++       up', ready='start')
+        with head_by(document, 'modprobe xy3-sim lines=4 framing=line realtime=1'), \
+                attached_by(document, ATTACH):
+            document.run('echo 10000 changes > /sys/kernel/debug/xy3-sim/0/record')
+            document.run('cd userspace/examples')
+            sent = document.run('./figure.py circle square | ./stream.py --rate 20000')
+            true(sent.startswith('5378 scans sent, '), sent)
+            document.shows('./draw.py')
+            document.follow('xy3ctl watch', lambda: None, 'in_sync', 'temperature/head')
+
+
+@test
+def page_on_installing():
+    with Document('userspace/doc/install.md') as document:
+        document.elsewhere('apt install dkms linux-headers-amd64', 'make install',
+                           test='test-make-install, and the tree itself has these packages')
+        document.elsewhere('make deb', 'apt install ./build/deb/*.deb',
+                           test='build-debs, test-packages')
+        document.elsewhere('sudo adduser $USER dialout', test='setpriv is as good')
+        document.elsewhere('mokutil --import /var/lib/dkms/mok.pub',
+                           test='secure-boot, by what the kernel sees of it')
+        document.elsewhere(
+            'openssl req -new -x509 -nodes -newkey rsa:2048 -days 3650 -subj "/CN=my modules/" '
+            '-outform DER -keyout /etc/dkms/my.key -out /etc/dkms/my.der',
+            'echo mok_signing_key=/etc/dkms/my.key >> /etc/dkms/framework.conf',
+            'echo mok_certificate=/etc/dkms/my.der >> /etc/dkms/framework.conf',
+            'dpkg-reconfigure xhc-xy3-dkms', test='test-packages own-key')
+        document.elsewhere('mokutil --import /etc/dkms/my.der',
+                           test='secure-boot, by what the kernel sees of it')
+
+
+@test
+def page_on_tools():
+    command('modprobe', 'uhid')
+    with Document('userspace/doc/tools.md') as document:
+        with pendant() as plugged:
+            pendant_by_tool(document, plugged)
+        module.load()
+        with head(lines=4, framing='line') as virtual, virtual.attached():
+            head_by_tool(document, virtual)
+
+
+@test
+def page_on_pendants():
+    with Document('userspace/doc/pendant.md') as document:
+        with pendant() as plugged:
+            document.follow('evtest /dev/input/xhc-hb04', lambda: work(plugged),
+                            'code 734 (BTN_TRIGGER_HAPPY31), value 1',
+                            'code 7 (REL_DIAL), value 3', ready='Testing')
+            pendant_layouts(document, plugged)
+            document.run('echo Y > /sys/module/hid_xhc/parameters/swap_feed_spindle')
+            write_file('/sys/module/hid_xhc/parameters/swap_feed_spindle', 'N')
+            document.run('echo options hid-xhc swap_feed_spindle=Y > /etc/modprobe.d/hid-xhc.conf')
+            true('swap_feed_spindle=Y' in command('modprobe', '-c'), 'modprobe does not know')
+            os.unlink('/etc/modprobe.d/hid-xhc.conf')
+            document.run('cd /sys/bus/hid/drivers/hid-xhc/0003:10CE:EB70.*/dro')
+            document.run('echo 135.17 -77.89 0 -220.334 0 1.5 > position; echo 10 > step; '
+                         'echo run > state')
+            document.run('echo 1200 > feedrate; echo 18000 > spindle_speed')
+            document.run('echo 100 > feedrate_override; echo 80 > spindle_override')
+            check_lcd(plugged, work_y='-77.8900', machine_x='-220.3340', step=10, state='run',
+                      spindle_speed=18000, feedrate_override=100)
+        document.run('cp -r /usr/share/xhc-xy3/linuxcnc ~/xhc-hb04')
+        document.run('cd ~/xhc-hb04')
+        document.elsewhere('linuxcnc xhc-hb04.ini', test='check-uml, test_linuxcnc')
+
+
+def pendant_by_tool(document, plugged):
+    true('HB04' in document.run('xhcctl list'), 'HB04 in the list')
+    document.run('xhcctl set work_x=135.17 state=run step=10')
+    check_lcd(plugged, work_x='135.1700', state='run', step=10)
+    true('135.17' in document.run('xhcctl show'), 'work_x')
+    document.follow('xhcctl monitor', lambda: work(plugged), 'selector off', ready='start')
+    healthy(document.run('xhcctl doctor'))
+    recorded = '/src/pendant.hid'
+    document.follow('xhcctl record pendant.hid', lambda: (
+        wait_for(lambda: os.path.exists(recorded) and 'R: ' in read_file(recorded), 'recording'),
+        work(plugged),
+        wait_for(lambda: read_file(recorded).count('E: ') >= 5, 'reports')))
+    document.run('xhcctl replay pendant.hid')
+
+
+def pendant_layouts(document, plugged):
+    true('hb04-16' in document.run('xhcctl layout list'), 'hb04-16')
+    document.run('xhcctl layout hb04-16 --apply')
+    settle()
+    equal(code_of(plugged, 0x01), 'KEY_STOP', 'code of a key')
+    document.run('xhcctl layout default --apply')
+    document.file('cat /etc/udev/hwdb.d/61-xhc-pendant.hwdb')
+    document.run('systemd-hwdb update && udevadm trigger /dev/input/xhc-hb04')
+    settle()
+    equal(code_of(plugged, 0x17), 'KEY_STOPCD', 'code of a key')
+    command('xhcctl', 'layout', 'default', '--apply')
+    settle()
+
+
+def code_of(plugged, scan):
+    """What a key sends now"""
+    plugged.open()
+    plugged.usb.press(scan)
+    report = plugged.events.report()
+    plugged.usb.release(scan)
+    return report[1].split()[0]
+
+
+@test
+def page_on_scanheads():
+    module.load()
+    with Document('userspace/doc/scanhead.md') as document:
+        head_of_examples(document)
+        head_on_a_stick(document)
+        head_on_spidev(document)
+        with head(lines=4, framing='line') as virtual:
+            head_told(document, virtual)
+            with virtual.attached():
+                head_read(document)
+
+
+def head_by_tool(document, virtual):
+    true('xy3-0' in document.run('xy3ctl list'), 'xy3-0 in the list')
+    wait_for(lambda: error_of(read_file, virtual.path('serial')) == 0, 'who it is', BIND_TIME)
+    true('Virtual' in document.run('xy3ctl show'), 'who it is')
+    document.follow('xy3ctl watch', lambda: None, 'in_sync', 'temperature/head')
+    document.follow('xy3ctl packets --raw', lambda: None, 'temperatures head=')
+    document.run('xy3ctl goto x=524288 y=524288')
+    equal(virtual.positions(20)[:2], [524288, 524288], 'positions')
+    sent = document.run('xy3ctl stream circle --rate 20000 --repeat 10')
+    true('scans' in sent, sent)
+    document.run('xy3ctl command calibrate xy')
+    wait_for(lambda: sim('commands').endswith('calibrate xy'), 'the command')
+    document.run('xy3ctl command rate 230400')
+    equal(sim('rate'), '230400', 'rate of the head')
+    healthy(document.run('xy3ctl doctor'))
+
+
+def head_of_examples(document):
+    with head_by(document, 'modprobe xy3-sim lines=4 framing=line'), \
+            attached_by(document, ATTACH):
+        document.run('echo 100000 changes > /sys/kernel/debug/xy3-sim/0/record')
+        document.run('cd userspace/examples')
+        document.run('./figure.py circle grid | ./stream.py')
+        true('⠒' in document.run('./draw.py; ./draw.py -o circle.png'), 'a picture')
+        true(os.path.getsize('/src/userspace/examples/circle.png') > 100, 'another picture')
+
+
+def head_on_a_stick(document):
+    plug(STICK, rate=115200)
+    try:
+        document.run('ldattach -s 115200 -8 -n -1 29 /dev/ttyUSB0')
+        wait_for(heads, 'head', BIND_TIME)
+        peer.ask(STICK, 'report', 'sync', 'sync')
+        wait_for(lambda: read_file(CLASS + '/xy3-0/in_sync') == '1\n', 'sync', BIND_TIME)
+        document.shows('cat /sys/class/xy3/xy3-0/in_sync')
+    finally:
+        for pid in ldattach_pids(DEVICES[STICK]):
+            os.kill(pid, 15)
+        wait_for(lambda: not heads(), 'end of the head', BIND_TIME)
+        unplug(STICK)
+    document.file('cat /etc/udev/rules.d/69-my-heads.rules')
+    document.elsewhere('systemctl status xy3-attach@ttyUSB0', test='lint, live-udev')
+
+
+def head_on_spidev(document):
+    with Virtual(driver=None, modalias='spidev'):
+        names = [('spi0.0', sim('devices').split()[1])]
+        document.run('modprobe xy3-spi')
+        for text in ('echo xy3-spi > /sys/bus/spi/devices/spi0.0/driver_override',
+                     'echo spi0.0 > /sys/bus/spi/drivers/spidev/unbind',
+                     'echo spi0.0 > /sys/bus/spi/drivers/xy3-spi/bind'):
+            document.run(text, names)
+        equal(heads(), ['xy3-0'], 'heads')
+
+
+def head_told(document, virtual):
+    document.run('cd /sys/bus/iio/devices/iio:device0')
+    document.run('echo 524288 > out_angl0_raw')
+    equal(virtual.positions(20)[0], 524288, 'position of X')
+    before = virtual.number('scans')
+    document.program()
+    true(virtual.number('scans') - before >= 100000, 'a hundred circles')
+    wait_group(virtual.node)
+    document.run('echo x > /sys/class/xy3/xy3-0/calibrate')
+    document.run("printf '\\060\\000\\007' > /dev/xy3")
+    wait_for(lambda: [line.split(' ', 2)[2] for line in sim('commands').splitlines()] ==
+             ['calibrate x'] * 2, 'both commands')
+
+
+def head_read(document):
+    def fail():
+        write_file(SIM + 'errors', ' '.join(['0'] * 12 + ['1']))
+        write_file(SIM + 'report', '1')
+
+    document.follow_program(lambda: write_file(SIM + 'report', '1'), 'temperatures [', 'errors [')
+    wait_for(lambda: glob.glob(CLASS + '/xy3-0/hwmon*/temp1_input'), 'a thermometer', BIND_TIME)
+    true('head:' in document.run('sensors'), 'the head in sensors')
+    document.follow('udevadm monitor -p -s xy3', fail, 'XY3_EVENT=error', 'XY3_COMPONENT=galvo_x',
+                    'XY3_ERROR=temperature', 'XY3_ERROR_CODE=1', ready='KERNEL')
+    document.file('cat /etc/udev/rules.d/90-scanhead.rules')
+    document.run('stty -F /dev/xy3 230400')
+    equal(sim('rate'), '230400', 'rate of the head')
+    write_file(CLASS + '/xy3-0/rate', '115200')
+    document.run('echo 230400 > /sys/class/xy3/xy3-0/rate')
+    equal(sim('rate'), '230400', 'rate of the head')
+    document.run('echo 1 > /sys/class/xy3/xy3-0/autobaud')
+    document.run('echo options xy3 autobaud=Y > /etc/modprobe.d/xy3.conf')
+    true('autobaud=Y' in command('modprobe', '-c'), 'modprobe does not know')
+    for path in ('/etc/modprobe.d/xy3.conf', '/etc/udev/rules.d/69-my-heads.rules',
+                 '/etc/udev/rules.d/90-scanhead.rules'):
+        os.unlink(path)

@@ -1,0 +1,325 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""What the scanhead's tests share: the far side of the serial lines, and an attached head."""
+
+import fcntl
+import glob
+import hashlib
+import json
+import os
+import select
+import signal
+import struct
+import subprocess
+import time
+
+from harness import (BIND_TIME, Failure, Module, command, equal, read_file, true, wait_for,
+                     write_file)
+
+LDISC = 29
+UART = 'uart'           # the 8250
+STICK = 'stick'         # the FTDI stick
+PORTS = (UART, STICK)
+DEVICES = {UART: '/dev/ttyS1', STICK: '/dev/ttyUSB0'}
+CLASS = '/sys/class/xy3'
+RATES = (57600, 115200, 230400, 460800, 921600)
+
+TIOCSETD = 0x5423
+TIOCGSERIAL, TIOCSSERIAL = 0x541E, 0x541F
+SERIAL_STRUCT = 72      # bytes of struct serial_struct on amd64
+BAUD_BASE = 28          # where in it
+
+
+class Peer:
+    """The heads at the far ends; distro/serial-peer says what can be wished for."""
+
+    def __init__(self):
+        self.control = None
+        self._text = b''
+
+    def tell(self, port, wish, *values, **settings):
+        """Without waiting for the answer: hear() has it."""
+        if not self.control:
+            self.control = open('/dev/virtio-ports/control', 'r+b', buffering=0)
+        text = json.dumps({'do': wish, 'port': port, 'values': values, **settings})
+        self.control.write(text.encode() + b'\n')
+
+    def hear(self):
+        while b'\n' not in self._text:
+            self._text += self.control.read(65536)
+        text, self._text = self._text.split(b'\n', 1)
+        answer = json.loads(text)
+        if 'error' in answer:
+            raise Failure('peer: %s' % answer['error'])
+        return answer['value']
+
+    def ask(self, port, wish, *values, **settings):
+        self.tell(port, wish, *values, **settings)
+        return self.hear()
+
+    def hear_all(self):
+        """The answers that are there. -> how many"""
+        count = 1
+        self.hear()
+        while b'\n' in self._text:
+            self.hear()
+            count += 1
+        return count
+
+
+peer = Peer()
+
+
+def test_on_both(tests):
+    """Decorator: a test once for each port; its name gets the port's behind it."""
+    def decorate(function):
+        for port in PORTS:
+            def one(port=port):
+                function(port)
+            one.__name__ = '%s_%s' % (function.__name__, port)
+            tests.append(one)
+        return function
+    return decorate
+
+
+def plug(port, **settings):
+    """A head on the line, and for the stick the stick itself."""
+    if port == STICK:
+        command('modprobe', 'xhci-pci')
+    peer.ask(port, 'plug', **settings)
+    if port == STICK:
+        wait_for(lambda: os.path.exists(DEVICES[STICK]), 'stick', BIND_TIME)
+
+
+def unplug(port):
+    peer.ask(port, 'unplug')
+    if port == STICK:
+        wait_for(lambda: not os.path.exists(DEVICES[STICK]), 'end of the stick', BIND_TIME)
+
+
+def set_clock(highest):
+    """The 8250's highest rate, which its driver cannot know: setserial's baud_base."""
+    fd = os.open(DEVICES[UART], os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+    try:
+        data = bytearray(SERIAL_STRUCT)
+        fcntl.ioctl(fd, TIOCGSERIAL, data)
+        struct.pack_into('<i', data, BAUD_BASE, highest)
+        fcntl.ioctl(fd, TIOCSSERIAL, bytes(data))
+    finally:
+        os.close(fd)
+    peer.ask(UART, 'clock', highest)
+
+
+def heads():
+    """Names of all heads."""
+    return sorted(os.path.basename(path) for path in glob.glob(CLASS + '/xy3-*'))
+
+
+def ldattach_pids(device):
+    found = []
+    for path in glob.glob('/proc/[0-9]*/cmdline'):
+        try:
+            words = read_file(path).split('\0')
+        except OSError:
+            continue                    # it has ended
+        if words[0].endswith('ldattach') and device in words:
+            found.append(int(path.split('/')[2]))
+    return found
+
+
+module = Module('xy3')
+
+
+class Attached:
+    """A head whose port has the line discipline, by ldattach as its owner would do it.
+
+        with Attached(STICK, serial='A1') as head:
+            head.ask('report', 'vendor')
+            wait_for(lambda: head.get('vendor') == 'Virtual', 'vendor')
+
+    settings are those of the virtual head.
+    """
+
+    def __init__(self, port, rate=115200, **settings):
+        self.port = port
+        self.device = DEVICES[port]
+        self.rate = rate
+        self.settings = {'rate': rate, **settings}
+        self.name = None
+
+    def __enter__(self):
+        try:
+            plug(self.port, **self.settings)
+            self.attach()
+            return self
+        except BaseException:
+            self.__exit__()
+            raise
+
+    def __exit__(self, *_):
+        self.detach()
+        unplug(self.port)
+
+    def attach(self):
+        before = heads()
+        module.will_come()
+        command('ldattach', '-s', str(self.rate), '-8', '-n', '-1', str(LDISC), self.device)
+        new = wait_for(lambda: set(heads()) - set(before), 'head', BIND_TIME)
+        self.name = new.pop()
+        wait_for(lambda: os.path.exists(self.node), 'node', BIND_TIME)
+
+    def detach(self):
+        for pid in ldattach_pids(self.device):
+            os.kill(pid, signal.SIGTERM)
+        wait_for(lambda: not ldattach_pids(self.device), 'end of ldattach')
+        wait_for(lambda: self.name not in heads(), 'end of the head')
+
+    # --- the far side ------------------------------------------------------------------------
+
+    def ask(self, wish, *values, **settings):
+        return peer.ask(self.port, wish, *values, **settings)
+
+    def tell(self, wish, *values, **settings):
+        peer.tell(self.port, wish, *values, **settings)
+
+    def sync(self):
+        """Until the driver has found the stream."""
+        self.ask('report', 'sync', 'sync')
+        try:
+            wait_for(lambda: self.get('in_sync') == '1', 'sync')
+        except Failure as error:
+            raise Failure('%s; %s' % (error, self.state())) from None
+
+    def state(self):
+        """What both sides have counted, for a complaint."""
+        names = ('rx_bytes', 'rx_packets', 'dropped_bytes', 'resyncs', 'line_errors',
+                 'lost_packets')
+        return '%s; the head: %s' % ({name: self.stat(name) for name in names},
+                                     self.ask('counts'))
+
+    # --- this side ---------------------------------------------------------------------------
+
+    @property
+    def node(self):
+        return '/dev/' + self.name
+
+    def path(self, name):
+        return '%s/%s/%s' % (CLASS, self.name, name)
+
+    def get(self, name):
+        return read_file(self.path(name)).rstrip('\n')
+
+    def set(self, name, value):
+        write_file(self.path(name), '%s\n' % value)
+
+    def stat(self, name):
+        return int(self.get('stats/' + name))
+
+    def wait_bytes(self, count, timeout=BIND_TIME):
+        """Until the driver has seen so many bytes in all."""
+        wait_for(lambda: self.stat('rx_bytes') >= count, '%d bytes' % count, timeout)
+
+
+class Cat:
+    """cat NODE > FILE; the file is in memory."""
+
+    PLACE = '/tmp/cat'
+
+    def __init__(self, head):
+        self._file = open(self.PLACE, 'wb')
+        self._process = subprocess.Popen(['cat', head.node], stdout=self._file)
+        # packets are handed out to who has it open
+        place = '/proc/%d/fd' % self._process.pid
+        wait_for(lambda: any(os.path.realpath(fd) == head.node
+                             for fd in glob.glob(place + '/*')), 'cat')
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self._process.kill()
+        self._process.wait()
+        self._file.close()
+
+    def wait_end(self):
+        """-> cat's status when the file has ended"""
+        return self._process.wait(BIND_TIME)
+
+    def wait_size(self, size, timeout=BIND_TIME):
+        """-> all that has come, which must be `size` bytes"""
+        wait_for(lambda: os.path.getsize(self.PLACE) >= size, '%d bytes of cat' % size, timeout)
+        time.sleep(0.2)
+        data = self.data()
+        equal(len(data), size, 'number of bytes')
+        return data
+
+    def data(self):
+        with open(self.PLACE, 'rb') as file:
+            return file.read()
+
+
+class Reader:
+    """Reads a head's tty here, and keeps nothing but a checksum."""
+
+    PIECE = 70000           # bytes that are asked for at a time
+    WINDOW = 3 * PIECE      # and that are under way
+
+    def __init__(self, head):
+        self.head = head
+        self.bytes = 0
+        self.digest = hashlib.sha1()
+
+    def __enter__(self):
+        self._fd = os.open(self.head.node, os.O_RDONLY)
+        return self
+
+    def __exit__(self, *_):
+        os.close(self._fd)
+
+    def take_stream(self, size):
+        """Has the head send so many bytes, and reads them. -> bytes sent since the last mark
+
+        What is under way is kept below what a tty holds: on a busy host the emulated lines are
+        at times quicker than any reader.
+        """
+        asked = answers = 0
+        while self.bytes < size or answers:
+            while asked < size and asked - self.bytes < self.WINDOW:
+                self.head.tell('stream', size=min(self.PIECE, size - asked))
+                asked += self.PIECE
+                answers += 1
+            ready = self._wait([self._fd, peer.control])
+            if peer.control in ready:
+                answers -= peer.hear_all()
+            if self._fd in ready:
+                self._read()
+        sent = self.head.ask('sent')['bytes']
+        while self.bytes < sent:
+            self._wait([self._fd])
+            self._read()
+        return sent
+
+    def _wait(self, files):
+        ready = select.select(files, [], [], BIND_TIME)[0]
+        if not ready:
+            raise Failure('no more than %d bytes; %s' % (self.bytes, self.head.state()))
+        return ready
+
+    def _read(self):
+        data = os.read(self._fd, 65536)
+        true(data, 'the file has ended')
+        self.bytes += len(data)
+        self.digest.update(data)
+
+
+def packets(data, cut=False):
+    """-> [(type, payload)] of data that must be whole packets; cut: the last one need not be."""
+    found, at = [], 0
+    while at < len(data):
+        true(data[at] == 0x48, 'no packet starts at byte %d' % at)
+        end = at + 3 + data[at + 2] if len(data) - at >= 3 else len(data) + 1
+        if end > len(data) and cut:
+            break
+        true(end <= len(data), 'a packet is torn at byte %d' % at)
+        found.append((data[at + 1], data[at + 3:end]))
+        at = end
+    return found

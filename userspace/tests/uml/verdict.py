@@ -1,0 +1,258 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-only
+"""Judge one run of the test kernel by everything that it left (see userspace/tests/uml/run-uml).
+
+verdict.py OUT [--name NAME] [--suite NAME:CASES]... [--no-leak-scan] [--plain]
+
+One line for each KUnit case, one (NAME.clean) for the run itself: it is ok only if the kernel came
+to its end, the command's status is 0, the console shows no report of any checker, nothing tainted
+the kernel, lockdep still works, and no memory leaked. (A --plain kernel has neither lockdep nor
+kmemleak.) Each --suite must be there, whole, with at least that many cases; a suite that was not
+asked for is a fault. A skipped case has failed.
+The last line is "verdict: N passed, N failed"; the status is 0 if none failed.
+"""
+import argparse
+import re
+import sys
+from pathlib import Path
+
+import ktap
+
+# Only lines with the kernel's time stamp count: what a test prints is not the kernel's word.
+KERNEL_LINE = re.compile(r'^\[ *\d+\.\d+\] (.*)')
+
+REPORTS = re.compile('|'.join((
+    r'\bBUG\b',
+    r'\bWARNING: ',
+    r'\bINFO: (?!.*\bselftest\b)',
+    r'KASAN: ',
+    r'UBSAN: ',
+    r'ODEBUG: ',
+    r'cut here',
+    r'Call Trace:',
+    r'\*\*\* DEADLOCK \*\*\*',
+    r'turning off the locking correctness validator',
+    r'DEBUG_LOCKS_WARN_ON',
+    r'bad unlock balance',
+    r'lock held when returning',
+    r'refcount_t: ',
+    r'list_(add|del) corruption',
+    r'cannot create duplicate filename',
+    r'general protection',
+    r'segfault at',
+    r'\bOops\b',
+    r'Kernel panic',
+    r'stack-protector',
+    # ... but the HID core says so of a torn report descriptor, which is the test's own
+    r'[Uu]nbalanced (?!(collection|delimiter) at end of report)',
+    r'self-detected stall',
+    r'soft lockup',
+    r'kobject.*(failed|tried to init)',
+)))
+
+# Bits of /proc/sys/kernel/tainted that every run has: modules from outside the tree, KUnit
+EXPECTED_TAINT = 1 << 12 | 1 << 18
+
+
+def read(path):
+    try:
+        return path.read_text(errors='replace')
+    except FileNotFoundError:
+        return None
+
+
+def check_end(out):
+    end = (read(out / 'end') or 'no end').strip()
+    if end != 'ok':
+        yield f'the kernel did not come to its end: {end}'
+        return
+    status = (read(out / 'status') or '').strip()
+    if status != '0':
+        yield f"the command's status is {status or 'unknown'}"
+
+
+def check_console(out, allowed):
+    console = read(out / 'console.log')
+    if not console or 'init: ' not in console:
+        yield 'console: the kernel did not reach init'
+        return
+    seen = set()
+    for line in console.splitlines():
+        match = KERNEL_LINE.match(line.rstrip('\r'))
+        text = match.group(1) if match else ''
+        if REPORTS.search(text) and text not in seen and not allowed(text):
+            seen.add(text)
+            yield f'console: {text}'
+
+
+def check_taint(out):
+    taint = read(out / 'tainted')
+    if taint is None:
+        yield 'taint: not recorded'
+    elif int(taint) & ~EXPECTED_TAINT:
+        yield f'taint: {int(taint)} has unexpected bits {int(taint) & ~EXPECTED_TAINT:#x}'
+
+
+def check_lockdep(out):
+    state = re.search(r'debug_locks:\s*(\d)', read(out / 'lockdep') or '')
+    if not state:
+        yield 'lockdep: state not recorded'
+    elif state.group(1) != '1':
+        yield 'lockdep has switched itself off'
+
+
+def check_leaks(out, allowed):
+    leaks = read(out / 'kmemleak')
+    if leaks is None:
+        yield 'kmemleak: no scan'
+        return
+    found = [leak for leak in re.split(r'^(?=unreferenced object)', leaks, flags=re.MULTILINE)
+             if leak.strip() and not allowed(leak)]
+    if found:
+        yield f'kmemleak: {len(found)} unreferenced objects, see kmemleak in {out}'
+
+
+def block_faults(block, where, plan_needed):
+    """Faults of form: a level must hold what its plan promises, numbered from 1."""
+    if block.plan is None and plan_needed:
+        yield f'{where}: no plan line'
+    if block.plan is not None and block.plan != len(block.results):
+        yield f'{where}: {block.plan} planned, {len(block.results)} there'
+    if [result.number for result in block.results] != list(range(1, len(block.results) + 1)):
+        yield f'{where}: results are not numbered from 1'
+    if not block.results:
+        yield f'{where}: empty'
+    for result in block.results:
+        if result.block:
+            yield from block_faults(result.block, f'{where}.{result.name}', False)
+
+
+def why_not(result):
+    """Why a result does not count as passed, or None."""
+    if result.skipped:
+        return 'skipped'
+    if not result.ok:
+        rows = [row.name for row in result.rows() if why_not(row)]
+        return 'failed' + (f' in {", ".join(rows)}' if rows else '')
+    bad = [row.name for row in result.rows() if why_not(row)]
+    return f'ok, but not its rows {", ".join(bad)}' if bad else None
+
+
+def diagnostics(result):
+    own = list(result.diagnostics)
+    for row in result.rows():
+        if why_not(row):
+            own += diagnostics(row)
+    return own
+
+
+class Suite:
+    """One suite's cases and faults, out of its KTAP."""
+
+    def __init__(self, name, text):
+        self.name = name
+        self.cases = []
+        self.faults = []
+        try:
+            document = ktap.parse(text)
+        except ktap.Malformed as error:
+            self.faults.append(f'suite {name}: {error}')
+            return
+        self.faults += block_faults(document, f'suite {name}', True)
+        for suite in document.results:
+            self.read_result(suite)
+
+    def read_result(self, suite):
+        if suite.name != self.name:
+            self.faults.append(f'suite {self.name}: its result is named {suite.name}')
+        if suite.block is None:
+            self.faults.append(f'suite {self.name}: no cases')
+            return
+        if suite.block.plan is None:
+            self.faults.append(f'suite {self.name}: its cases have no plan line')
+        self.cases += suite.block.results
+        cases_passed = all(why_not(case) is None for case in suite.block.results)
+        if cases_passed and why_not(suite):
+            self.faults.append(f'suite {self.name} {why_not(suite)}, but none of its cases')
+
+    def demand(self, least):
+        if len(self.cases) < least:
+            self.faults.append(
+                f'suite {self.name}: {len(self.cases)} cases, at least {least} wanted')
+
+
+def read_suites(out, wanted):
+    """The suites that the run left, judged against those that were wanted, and further faults."""
+    suites = [Suite(path.stem, read(path)) for path in sorted((out / 'ktap').glob('*.ktap'))]
+    faults = []
+    for suite in suites:
+        if suite.name in wanted:
+            suite.demand(wanted[suite.name])
+        else:
+            faults.append(f'suite {suite.name} was not asked for: it has no minimum')
+    for name in sorted(set(wanted) - {suite.name for suite in suites}):
+        faults.append(f'suite {name} did not run')
+    return suites, faults
+
+
+def judge_case(suite, case):
+    """Print a case's line; True if it passed."""
+    why = why_not(case)
+    if why is None:
+        print(f'ok {suite.name}.{case.name}')
+        return True
+    for line in diagnostics(case):
+        print(f'    {line}')
+    print(f'not ok {suite.name}.{case.name}: {why}')
+    return False
+
+
+def judge(out, name, wanted, leaks_wanted, allow=(), plain=False):
+    """Print what there is to say; (passed, failed)."""
+    def allowed(text):
+        return any(re.search(pattern, text) for pattern in allow)
+
+    suites, faults = read_suites(out, wanted)
+    verdicts = [judge_case(suite, case) for suite in suites for case in suite.cases]
+    for suite in suites:
+        faults += suite.faults
+    for check in (check_end, check_taint):
+        faults += check(out)
+    if not plain:
+        faults += check_lockdep(out)
+    faults += check_console(out, allowed)
+    if leaks_wanted and not plain:
+        faults += check_leaks(out, allowed)
+    for fault in faults:
+        print(f'    {fault}')
+    print(f'not ok {name}.clean: {faults[0]}' if faults else f'ok {name}.clean')
+    verdicts.append(not faults)
+    return verdicts.count(True), verdicts.count(False)
+
+
+def suite_argument(text):
+    name, _, least = text.partition(':')
+    if not name or not least.isdigit() or int(least) < 1:
+        raise argparse.ArgumentTypeError(f'{text}: NAME:CASES wanted, CASES at least 1')
+    return name, int(least)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split('\n', maxsplit=1)[0])
+    parser.add_argument('out', type=Path, help='output directory of userspace/tests/uml/run-uml')
+    parser.add_argument('--name', help="the run's name (default: the directory's)")
+    parser.add_argument('--suite', type=suite_argument, action='append', default=[],
+                        metavar='NAME:CASES', help='a suite and its least number of cases')
+    parser.add_argument('--no-leak-scan', action='store_true', help='run was called with -l')
+    parser.add_argument('--plain', action='store_true', help='run by build-kernel --plain')
+    parser.add_argument('--allow', action='append', default=[], metavar='REGEX',
+                        help='console lines and leaks that match are not ours; say why there')
+    args = parser.parse_args()
+    passed, failed = judge(args.out, args.name or args.out.name, dict(args.suite),
+                           not args.no_leak_scan, args.allow, args.plain)
+    print(f'verdict: {passed} passed, {failed} failed')
+    return failed > 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,369 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-only
+"""Unit tests of xhc-dro with a HAL and a sysfs that are not there: what it writes, what it says
+of errors, how it follows a pendant and hal_input; and that its HAL files, page and driver agree.
+"""
+
+import errno
+import os
+import re
+import shutil
+import sys
+import tempfile
+import types
+import unittest
+from unittest import mock
+
+import runner
+from busless_pendant import HB04
+
+PRODUCT = os.path.join(os.path.dirname(os.path.realpath(__file__)), '..', '..', 'linuxcnc')
+sys.path.insert(0, PRODUCT)
+
+from xhc_dro import cli, component, display, input as hal_input  # noqa: E402
+from xhc_sim.models import STEPS  # noqa: E402
+
+ATTRIBUTES = ('position', 'feedrate_override', 'spindle_override', 'feedrate', 'spindle_speed',
+              'step', 'state')
+PINS = {**dict.fromkeys(component.FLOATS, 0.0), **dict.fromkeys(component.BITS, False)}
+
+
+def product(name):
+    with open(os.path.join(PRODUCT, name), encoding='utf-8') as file:
+        return file.read()
+
+
+class Hal(types.SimpleNamespace):
+    """The module `hal`: one component, and a list of those that exist."""
+
+    HAL_FLOAT, HAL_BIT, HAL_IN, HAL_OUT = 'float', 'bit', 'in', 'out'
+    error = RuntimeError
+
+    def __init__(self):
+        super().__init__(existing=set(), pins={}, kinds={}, is_ready=False, ended=False)
+
+    def component(self, name):
+        hal = self
+
+        class Pins(dict):
+            def newpin(self, pin, kind, direction):
+                self[pin] = 0.0 if kind == hal.HAL_FLOAT else False
+                hal.kinds[pin] = (kind, direction)
+
+            def ready(self):
+                hal.is_ready = True
+
+            def exit(self):
+                hal.ended = True
+
+        self.existing.add(name)
+        self.pins = Pins()
+        return self.pins
+
+    def component_exists(self, name):
+        return name in self.existing
+
+
+class Texts(unittest.TestCase):
+    def test_coordinate(self):
+        for value, text in ((0, '0.0000'), (-220.334, '-220.3340'), (1e9, '65535.9900'),
+                            (-1e9, '-65535.9900'), (float('inf'), '65535.9900'),
+                            (float('nan'), '0.0000'), (1.99999, '2.0000')):
+            self.assertEqual(display.coordinate(value), text)
+
+    def test_number(self):
+        for value, text in ((0, '0'), (-1, '0'), (99.6, '100'), (7e4, '65535'),
+                            (float('inf'), '65535'), (float('nan'), '0')):
+            self.assertEqual(display.number(value), text)
+
+    def test_multiplier(self):
+        known = sorted(STEPS.values())
+        for step, unit, text in ((0.001, 0.001, '1'), (0.01, 0.001, '10'), (0.1, 0.001, '100'),
+                                 (1, 0.001, '1000'), (0.0001, 0.0001, '1'), (0.002, 0.001, '0'),
+                                 (0.0011, 0.001, '0'), (0, 0.001, '0'), (-0.001, 0.001, '0'),
+                                 (float('nan'), 0.001, '0'), (float('inf'), 0.001, '0')):
+            self.assertEqual(display.multiplier(step, unit, known), text, step)
+
+    def test_state(self):
+        for on, text in (('', 'idle'), ('running', 'run'), ('paused', 'pause'),
+                         ('running paused', 'pause'), ('inch', 'inch'),
+                         ('running inch', 'run+inch')):
+            self.assertEqual(display.state({**PINS, **dict.fromkeys(on.split(), True)}), text)
+
+    def test_all(self):
+        pins = {**PINS, 'work-x': 1.5, 'machine-z': -2, 'feed-override': 1.2, 'velocity': -20,
+                'spindle-override': 0.5, 'spindle-speed': -18000, 'step': 0.01}
+        self.assertEqual(display.texts(pins, 0.001, [10]), {
+            'position': '1.5000 0.0000 0.0000 0.0000 0.0000 -2.0000', 'feedrate_override': '120',
+            'spindle_override': '50', 'feedrate': '1200', 'spindle_speed': '18000', 'step': '10',
+            'state': 'idle'})
+
+
+class Case(unittest.TestCase):
+    """A driver's directory in sysfs, made of files."""
+
+    def setUp(self):
+        self.driver = tempfile.mkdtemp()
+        self.addCleanup(shutil.rmtree, self.driver)
+        self.said = []
+
+    def plug(self, name='0003:10CE:EB70.0001', phys='usb-1/input0'):
+        path = os.path.join(self.driver, name)
+        os.makedirs(path + '/dro')
+        for attribute in ATTRIBUTES:
+            self.put(path + '/dro/' + attribute, '')
+        self.put(path + '/dro/step_available', ' '.join(map(str, STEPS.values())) + '\n')
+        self.put(path + '/uevent', 'HID_NAME=x\nHID_PHYS=%s\n' % phys)
+        return path
+
+    @staticmethod
+    def put(path, text):
+        with open(path, 'w', encoding='ascii') as file:
+            file.write(text)
+
+    @staticmethod
+    def get(path, name):
+        with open('%s/dro/%s' % (path, name), encoding='ascii') as file:
+            return file.read()
+
+
+class Find(Case):
+    def test_it(self):
+        self.assertIsNone(display.find(driver=self.driver + '/none'))
+        os.makedirs(self.driver + '/module')
+        self.assertIsNone(display.find(driver=self.driver))
+        first = self.plug()
+        second = self.plug('0003:10CE:EB70.0002', 'usb-2/input0')
+        self.assertEqual(display.find(driver=self.driver), first)
+        self.assertEqual(display.find('usb-2/input0', self.driver), second)
+        self.assertIsNone(display.find('usb-3/input0', self.driver))
+
+
+class Display(Case):
+    def setUp(self):
+        super().setUp()
+        self.path = self.plug()
+        self.display = display.Display(self.path, self.said.append)
+        self.addCleanup(self.display.close)
+
+    def test_only_what_changes_is_written(self):
+        self.display.show({'feedrate': '1', 'state': 'run'})
+        self.put(self.path + '/dro/state', 'else')
+        self.display.show({'feedrate': '2', 'state': 'run'})
+        self.assertEqual((self.get(self.path, 'feedrate'), self.get(self.path, 'state')),
+                         ('2', 'else'))
+
+    def test_each_is_opened_once(self):
+        with mock.patch.object(display.os, 'open', wraps=os.open) as opened:
+            for number in range(5):
+                self.display.show({'feedrate': str(number)})
+        self.assertEqual(opened.call_count, 1)
+
+    def test_an_error_is_said_once_and_tried_again(self):
+        os.unlink(self.path + '/dro/feedrate')
+        for _ in range(3):
+            self.display.show({'feedrate': '5', 'state': 'run'})
+        self.assertEqual(self.said, ['feedrate: 5: No such file or directory'])
+        self.assertEqual(self.get(self.path, 'state'), 'run')
+        self.put(self.path + '/dro/feedrate', '')
+        self.display.show({'feedrate': '5'})
+        self.assertEqual(self.get(self.path, 'feedrate'), '5')
+
+    def test_udevd_is_waited_for(self):
+        """Until then nobody but root may write, and that is no trouble."""
+        denied = PermissionError(errno.EACCES, 'Permission denied')
+        with mock.patch.object(display.os, 'open', side_effect=denied), \
+                mock.patch.object(display.time, 'monotonic') as clock:
+            clock.return_value = self.display.born + display.UDEV_TIME - 0.1
+            self.display.show({'feedrate': '5'})
+            self.assertEqual(self.said, [])
+            clock.return_value += 0.2
+            for _ in range(3):
+                self.display.show({'feedrate': '5'})
+            self.assertEqual(self.said, ['feedrate: 5: Permission denied'])
+        self.display.show({'feedrate': '5'})
+        self.assertEqual(self.display.shown, {'feedrate': '5'})
+
+    def test_a_pendant_that_goes_is_no_trouble(self):
+        shutil.rmtree(self.path)
+        self.display.show({'feedrate': '5'})
+        self.assertEqual((self.said, self.display.there()), ([], False))
+
+
+class Component(Case):
+    def start(self, *words):
+        self.hal = Hal()
+        made = component.Component(self.hal, cli.parser().parse_args(words), self.said.append,
+                                   driver=self.driver)
+        self.addCleanup(made.end)
+        return made
+
+    def turn(self, made):
+        made.next_search = 0.0
+        made.turn()
+        return made.pins['connected']
+
+    def test_pins(self):
+        self.start()
+        self.assertTrue(self.hal.is_ready)
+        self.assertEqual({pin for pin, kind in self.hal.kinds.items() if kind == ('bit', 'out')},
+                         {'connected', 'heartbeat'})
+
+    def test_it_follows_the_pendant(self):
+        made = self.start()
+        self.assertFalse(self.turn(made))
+        made.pins['work-y'] = 7.25
+        for name in ('0003:10CE:EB70.0001', '0003:10CE:EB70.0002'):
+            path = self.plug(name)
+            self.assertTrue(self.turn(made))
+            self.assertEqual(self.get(path, 'position').split()[1], '7.2500')
+            shutil.rmtree(path)
+            self.assertFalse(self.turn(made))
+        self.assertEqual(self.said, [])
+
+    def test_heartbeat(self):
+        made = self.start()
+        beats = []
+        for _ in range(4):
+            made.turn()
+            beats.append(made.pins['heartbeat'])
+        self.assertEqual(beats, [True, False, True, False])
+
+    def test_the_end(self):
+        made = self.start()
+        self.plug()
+        self.assertTrue(self.turn(made))
+        made.end()
+        self.assertEqual((made.pins['connected'], self.hal.ended), (False, True))
+
+
+class Input(unittest.TestCase):
+    """halcmd is a status here, or None while it runs."""
+
+    def setUp(self):
+        self.hal = Hal()
+        self.said = []
+        self.started = []
+        self.status = None
+        self.now = 100.0
+        self.input = hal_input.Input('file', self.hal, self.said.append)
+        patches = (mock.patch.object(hal_input.subprocess, 'Popen', self.popen),
+                   mock.patch.object(hal_input.time, 'monotonic', lambda: self.now))
+        for patch in patches:
+            patch.start()
+            self.addCleanup(patch.stop)
+
+    def popen(self, words, **_):
+        self.started.append(words)
+        return types.SimpleNamespace(poll=lambda: self.status)
+
+    def loaded(self):
+        self.hal.existing.add('hal_input')
+        self.status = 0
+
+    def works(self, path, seconds=0.0):
+        self.now += seconds
+        return self.input.works_for(path)
+
+    def test_without_a_pendant_nothing_is_started(self):
+        self.assertFalse(self.works(None))
+        self.assertEqual(self.started, [])
+
+    def test_it_works_when_halcmd_has_ended(self):
+        self.assertFalse(self.works('a'))
+        self.hal.existing.add('hal_input')
+        self.assertFalse(self.works('a'))
+        self.loaded()
+        self.assertTrue(self.works('a'))
+        self.assertTrue(self.works('a', 10))
+        self.assertEqual(self.started, [['halcmd', '-f', 'file']])
+
+    def test_another_pendant_waits_for_the_end_of_the_old_one(self):
+        self.works('a')
+        self.loaded()
+        self.assertTrue(self.works('a'))
+        self.assertFalse(self.works(None))
+        self.assertFalse(self.works('b', 5))
+        self.assertEqual(len(self.started), 1)
+        self.hal.existing.clear()
+        self.status = None
+        self.assertFalse(self.works('b', 5))
+        self.loaded()
+        self.assertTrue(self.works('b'))
+        self.assertEqual(len(self.started), 2)
+
+    def test_the_pendant_goes_while_halcmd_runs(self):
+        self.works('a')
+        self.assertFalse(self.works(None))
+        self.loaded()
+        self.assertFalse(self.works(None))
+        self.assertFalse(self.works('b'))
+
+    def test_not_at_once_when_hal_input_ends(self):
+        """LinuxCNC may be about to end us, too."""
+        self.works('a')
+        self.loaded()
+        self.works('a')
+        self.hal.existing.clear()
+        self.status = None
+        for seconds, started in ((0, 1), (0.5, 1), (1, 2)):
+            self.assertFalse(self.works('a', seconds))
+            self.assertEqual(len(self.started), started)
+
+    def test_failure_is_said_once_and_tried_again(self):
+        self.status = 1
+        for _ in range(6):
+            self.assertFalse(self.works('a', 2))
+        self.assertEqual(len(self.started), 3)
+        self.assertEqual(self.said, ['halcmd -f file: status 1'])
+        self.works('a', 2)
+        self.loaded()
+        self.assertTrue(self.works('a'))
+        self.assertEqual(len(self.said), 1)
+
+    def test_without_halcmd(self):
+        with mock.patch.object(hal_input.subprocess, 'Popen', side_effect=FileNotFoundError(
+                2, 'No such file or directory')):
+            self.assertFalse(self.works('a'))
+        self.assertEqual(self.said, ['halcmd -f file: No such file or directory'])
+
+
+class Files(unittest.TestCase):
+    def test_keys_are_those_of_the_model(self):
+        captions = {'goto-zero': 'Goto zero', 'start': 'Start/Pause', 'safe-z': 'Safe-Z',
+                    'step': 'STEP++', 'stop': 'Stop', 'reset': 'Reset'}
+        wired = re.findall(r'^net xhc\.key-(\S+) input\.0\.btn-trigger-happy(\d+)$',
+                           product('xhc-input.hal'), re.M)
+        self.assertEqual({name: HB04.keys[int(code)] for name, code in wired}, captions)
+
+    def test_what_hal_input_has_left_is_cleared(self):
+        """All it is wired to, but the counts"""
+        text = product('xhc-input.hal')
+        wired = re.findall(r'^net (\S+) input\.', text, re.M)
+        cleared = re.findall(r'^sets (\S+) 0$', text, re.M)
+        self.assertEqual(sorted(wired), sorted(cleared + ['xhc.wheel']))
+        self.assertGreater(text.index('net '), text.rindex('sets '))
+        self.assertEqual(set(wired) - set(re.findall(r'xhc\.\S+', product('xhc-jog.hal'))), set())
+
+    def test_every_input_pin_but_inch_is_wired(self):
+        wired = re.findall(r'xhc-dro\.(\S+)', product('xhc-dro.hal'))
+        self.assertEqual(sorted(wired), sorted(
+            set(component.FLOATS + component.BITS + component.RESULTS) - {'inch'}))
+
+    def test_steps_are_on_the_display(self):
+        steps = re.findall(r'^setp mux-gen\.00\.in-float-\d+ (\S+)$', product('xhc-jog.hal'),
+                           re.M)
+        shown = [display.multiplier(float(step), 0.001, list(STEPS.values())) for step in steps]
+        self.assertEqual(shown, ['1', '10', '100', '1000'])
+
+    def test_the_page_has_all_options_and_pins(self):
+        page = product('xhc-dro.1')
+        for action in cli.parser()._actions:
+            for option in action.option_strings:
+                self.assertIn('Fl ' + option[1:], page)
+        for pin in component.FLOATS + component.BITS + component.RESULTS:
+            self.assertRegex(page, r'\b%s\b' % pin)
+
+
+if __name__ == '__main__':
+    sys.exit(runner.main())
