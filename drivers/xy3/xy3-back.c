@@ -121,7 +121,7 @@ void xy3_back_receive(struct xy3_back *back, const u8 *data, const u8 *flags, si
 	if (head->parser.in_sync != was_in_sync || head->parser.resyncs != resyncs)
 		xy3_sync_changed(head);
 	if (xy3_rate_is_wrong(head) && !head->gone)
-		mod_delayed_work(system_wq, &head->autobaud.work, 0);
+		mod_delayed_work(system_percpu_wq, &head->autobaud.work, 0);
 }
 
 /* ---- the rate ---- */
@@ -148,7 +148,7 @@ bool xy3_rate_close(unsigned int rate, unsigned int wanted)
 void xy3_back_rate_changed(struct xy3_back *back, unsigned int rate)
 {
 	WRITE_ONCE(back->head->rate, rate);
-	queue_work(system_wq, &back->head->tty_rate_work);
+	queue_work(system_percpu_wq, &back->head->tty_rate_work);
 }
 
 /* What comes now is another stream */
@@ -300,7 +300,7 @@ static void xy3_autobaud_work(struct work_struct *work)
 
 	guard(mutex)(&head->lock);
 	if (!head->gone)
-		mod_delayed_work(system_wq, &search->work,
+		mod_delayed_work(system_percpu_wq, &search->work,
 				 msecs_to_jiffies(err ? XY3_SEARCH_SKIP_MS : ms));
 }
 
@@ -333,7 +333,7 @@ void xy3_autobaud_start(struct xy3_head *head)
 	search->first = xy3_rate(index) ? index : 0;
 	search->round = 0;
 	search->moved = false;
-	mod_delayed_work(system_wq, &search->work, msecs_to_jiffies(XY3_SEARCH_MS));
+	mod_delayed_work(system_percpu_wq, &search->work, msecs_to_jiffies(XY3_SEARCH_MS));
 }
 
 /**

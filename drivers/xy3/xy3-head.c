@@ -283,7 +283,7 @@ int xy3_back_attach(struct xy3_back *back)
 		if (back->dev && device_property_read_bool(back->dev, "big-endian"))
 			head->order = XY3_BIG_ENDIAN;
 		xy3_autobaud_start(head);
-		queue_work(system_wq, &head->tty_rate_work);
+		queue_work(system_percpu_wq, &head->tty_rate_work);
 	}
 	xy3_link(head, back->dev, "back");
 	return 0;

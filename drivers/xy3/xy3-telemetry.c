@@ -217,7 +217,7 @@ void xy3_news_later(struct xy3_head *head)
 		return;
 	if (time_before(jiffies, head->news.next))
 		delay = head->news.next - jiffies;
-	queue_delayed_work(system_wq, &head->news.work, delay);
+	queue_delayed_work(system_percpu_wq, &head->news.work, delay);
 }
 
 /**

@@ -13,7 +13,6 @@
 #include <linux/tty_driver.h>
 #include <linux/tty_flip.h>
 #include <linux/wait.h>
-#include <linux/workqueue.h>
 #include <tty-compat.h>
 
 #include "xy3.h"
@@ -217,7 +216,7 @@ static void xy3_request_rate(struct xy3_head *head, unsigned int rate)
 
 	init_completion(&request.done);
 	INIT_WORK_ONSTACK(&request.work, xy3_rate_request_work);
-	queue_work(system_unbound_wq, &request.work);
+	queue_work(system_dfl_wq, &request.work);
 	wait_for_completion(&request.done);
 	destroy_work_on_stack(&request.work);
 }

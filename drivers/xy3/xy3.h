@@ -16,7 +16,7 @@
 #include <linux/mutex.h>
 #include <linux/spinlock.h>
 #include <linux/wait.h>
-#include <linux/workqueue.h>
+#include <workqueue-compat.h>
 
 #include "xy3-frame.h"
 #include "xy3-packet.h"

@@ -210,7 +210,7 @@ void xy3_sim_telemetry_work(struct work_struct *work)
 		xy3_sim_uart_push(sim);
 	}
 	if (wait < MAX_JIFFY_OFFSET)
-		queue_delayed_work(system_wq, &sim->work, wait);
+		queue_delayed_work(system_percpu_wq, &sim->work, wait);
 }
 
 /**
@@ -222,7 +222,7 @@ void xy3_sim_telemetry_soon(struct xy3_sim *sim)
 	sim->telemetry.next_round = jiffies;
 	sim->telemetry.next_sync = jiffies;
 	if (!sim->gone)
-		mod_delayed_work(system_wq, &sim->work, 0);
+		mod_delayed_work(system_percpu_wq, &sim->work, 0);
 }
 
 static void sim_set_array(struct xy3_sim *sim, enum xy3_sim_array which, const s64 *value,
