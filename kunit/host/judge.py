@@ -1,7 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Judge the KTAP of one user-space program, by the rules for the kernel's
-(userspace/tests/uml/verdict.py).
+"""Judge the KTAP of one user-space program, by the rules for the kernel's.
 
 judge.py --min N < output
 
@@ -13,9 +12,8 @@ import argparse
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / 'userspace/tests/uml'))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 import ktap      # noqa: E402
-import verdict   # noqa: E402
 
 
 def leaves(result):
@@ -30,12 +28,12 @@ def judge(text, minimum):
         document = ktap.parse(text)
     except ktap.Malformed as error:
         return 0, 1, [str(error)]
-    faults = list(verdict.block_faults(document, 'program', True))
+    faults = list(ktap.block_faults(document, 'program', True))
     for suite in document.results:
-        why = verdict.why_not(suite)
+        why = ktap.why_not(suite)
         if why:
             faults.append(f'{suite.name}: {why}')
-    verdicts = [verdict.why_not(leaf) is None for suite in document.results
+    verdicts = [ktap.why_not(leaf) is None for suite in document.results
                 for leaf in leaves(suite)]
     passed, failed = verdicts.count(True), verdicts.count(False)
     if passed < minimum:

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Judge one run of the test kernel by everything that it left (see userspace/tests/uml/run-uml).
+"""Judge one run of the test kernel by everything that it left (see run-uml).
 
 verdict.py OUT [--name NAME] [--suite NAME:CASES]... [--no-leak-scan] [--plain]
 
@@ -16,7 +16,9 @@ import re
 import sys
 from pathlib import Path
 
-import ktap
+sys.path.insert(0, str(Path(__file__).resolve().parents[3] / 'kunit'))
+import ktap                                     # noqa: E402
+from ktap import block_faults, why_not          # noqa: E402
 
 # Only lines with the kernel's time stamp count: what a test prints is not the kernel's word.
 KERNEL_LINE = re.compile(r'^\[ *\d+\.\d+\] (.*)')
@@ -110,32 +112,6 @@ def check_leaks(out, allowed):
              if leak.strip() and not allowed(leak)]
     if found:
         yield f'kmemleak: {len(found)} unreferenced objects, see kmemleak in {out}'
-
-
-def block_faults(block, where, plan_needed):
-    """Faults of form: a level must hold what its plan promises, numbered from 1."""
-    if block.plan is None and plan_needed:
-        yield f'{where}: no plan line'
-    if block.plan is not None and block.plan != len(block.results):
-        yield f'{where}: {block.plan} planned, {len(block.results)} there'
-    if [result.number for result in block.results] != list(range(1, len(block.results) + 1)):
-        yield f'{where}: results are not numbered from 1'
-    if not block.results:
-        yield f'{where}: empty'
-    for result in block.results:
-        if result.block:
-            yield from block_faults(result.block, f'{where}.{result.name}', False)
-
-
-def why_not(result):
-    """Why a result does not count as passed, or None."""
-    if result.skipped:
-        return 'skipped'
-    if not result.ok:
-        rows = [row.name for row in result.rows() if why_not(row)]
-        return 'failed' + (f' in {", ".join(rows)}' if rows else '')
-    bad = [row.name for row in result.rows() if why_not(row)]
-    return f'ok, but not its rows {", ".join(bad)}' if bad else None
 
 
 def diagnostics(result):

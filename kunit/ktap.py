@@ -89,3 +89,29 @@ def _close(open_blocks, level, match):
         number=int(match.group(2)), name=name, ok=match.group(1) == 'ok',
         skipped=bool(directive), block=inner, diagnostics=outer.diagnostics))
     outer.diagnostics = []
+
+
+def block_faults(block, where, plan_needed):
+    """Faults of form: a level must hold what its plan promises, numbered from 1."""
+    if block.plan is None and plan_needed:
+        yield f'{where}: no plan line'
+    if block.plan is not None and block.plan != len(block.results):
+        yield f'{where}: {block.plan} planned, {len(block.results)} there'
+    if [result.number for result in block.results] != list(range(1, len(block.results) + 1)):
+        yield f'{where}: results are not numbered from 1'
+    if not block.results:
+        yield f'{where}: empty'
+    for result in block.results:
+        if result.block:
+            yield from block_faults(result.block, f'{where}.{result.name}', False)
+
+
+def why_not(result):
+    """Why a result does not count as passed, or None."""
+    if result.skipped:
+        return 'skipped'
+    if not result.ok:
+        rows = [row.name for row in result.rows() if why_not(row)]
+        return 'failed' + (f' in {", ".join(rows)}' if rows else '')
+    bad = [row.name for row in result.rows() if why_not(row)]
+    return f'ok, but not its rows {", ".join(bad)}' if bad else None
