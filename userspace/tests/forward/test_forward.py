@@ -8,12 +8,10 @@ import glob
 import os
 import random
 import struct
-import sys
 import time
 
 import forward_rig
 import head_rig
-import runner
 from forward_rig import ARRANGEMENTS, Case, write_all
 from kernel import read_file, wait, write_file
 
@@ -318,7 +316,3 @@ def setUpModule():
 
 def tearDownModule():
     forward_rig.unload()
-
-
-if __name__ == '__main__':
-    sys.exit(runner.main())

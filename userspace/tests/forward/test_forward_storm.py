@@ -12,13 +12,11 @@ import os
 import random
 import select
 import struct
-import sys
 import threading
 import time
 
 import forward_rig
 import head_rig
-import runner
 from forward_rig import Case
 from head_rig import wire
 from kernel import read_file, wait, write_file
@@ -241,7 +239,3 @@ def setUpModule():
 
 def tearDownModule():
     forward_rig.unload()
-
-
-if __name__ == '__main__':
-    sys.exit(runner.main())

@@ -8,11 +8,9 @@ has decoded.
 
 import random
 import struct
-import sys
 import time
 
 import forward_rig
-import runner
 from forward_rig import ARRANGEMENTS, Case, write_all
 from kernel import write_file
 
@@ -111,7 +109,3 @@ def setUpModule():
 
 def tearDownModule():
     forward_rig.unload()
-
-
-if __name__ == '__main__':
-    sys.exit(runner.main())

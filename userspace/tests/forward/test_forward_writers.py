@@ -8,14 +8,12 @@ import os
 import select
 import signal
 import struct
-import sys
 import threading
 import time
 
 import forward_rig
 import head_rig
 import kernel
-import runner
 from forward_rig import Case, Forward
 from head_rig import polled
 from kernel import read_file, wait, write_file
@@ -326,7 +324,3 @@ def setUpModule():
 
 def tearDownModule():
     forward_rig.unload()
-
-
-if __name__ == '__main__':
-    sys.exit(runner.main())

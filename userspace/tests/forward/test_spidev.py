@@ -11,12 +11,10 @@ import fcntl
 import os
 import random
 import struct
-import sys
 import unittest
 
 import head_rig
 import kernel
-import runner
 from kernel import read_file, wait, write_file
 
 SIM = os.path.dirname(os.environ.get('XY3_MODULE', '')) + '/sim/xy3-sim.ko'
@@ -315,7 +313,3 @@ def setUpModule():
 
 def tearDownModule():
     unload('spidev')
-
-
-if __name__ == '__main__':
-    sys.exit(runner.main())

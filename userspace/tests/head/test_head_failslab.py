@@ -7,11 +7,9 @@ before.
 """
 
 import os
-import sys
 
 import head_rig
 import kernel
-import runner
 from failslab import FAILSLAB, function_range, module_range, setup_failslab, walk
 from head_rig import LDISC, N_TTY, Case, Pty, get_speed, heads, set_ldisc, set_speed, wait
 from kernel import read_file, write_file
@@ -230,7 +228,3 @@ class Worker(Case):
         self.assertEqual(head.stat('rx_packets'), 502)
         head.send(wire.debug('again'))
         self.assertEqual(reader.rest(), wire.debug('again'))
-
-
-if __name__ == '__main__':
-    sys.exit(runner.main())

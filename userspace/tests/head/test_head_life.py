@@ -7,14 +7,12 @@ import os
 import select
 import signal
 import subprocess
-import sys
 import termios
 import threading
 import time
 
 import head_rig
 import kernel
-import runner
 from acm_cable import AcmCable
 from head_rig import (CLASS, HEADS_MAX, LDISC, N_TTY, Case, Head, Pty, error_name, get_speed, heads,
                       polled, set_ldisc, wait)
@@ -408,7 +406,3 @@ class Unload(Case):
             self.assertEqual(self.traces(), [])
         head_rig.load()
         self.assertEqual(self.attach().get('autobaud'), '0')
-
-
-if __name__ == '__main__':
-    sys.exit(runner.main())

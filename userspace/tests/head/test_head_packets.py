@@ -5,13 +5,11 @@ import os
 import random
 import select
 import subprocess
-import sys
 import termios
 import threading
 import time
 
 import head_rig
-import runner
 from acm_cable import AcmCable
 from head_rig import Case, Head, error_name, get_speed, polled, split, wait
 from xy3_head_sim import wire
@@ -406,7 +404,3 @@ class Acm(Case):
         fresh = head.open()
         head.send(head_rig.GOOD + P(8, b'back'))
         self.assertEqual(fresh.take(13), head_rig.GOOD + P(8, b'back'))
-
-
-if __name__ == '__main__':
-    sys.exit(runner.main())

@@ -1,13 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """The rate of the backchannel: who may set it, where it shows, and how it is found."""
 
-import sys
 import termios
 import threading
 import time
 
 import head_rig
-import runner
 from acm_cable import AcmCable
 from head_rig import Case, get_speed, set_speed, wait
 from xy3_head_sim import wire
@@ -206,7 +204,3 @@ class Autobaud(Case):
         self.assertEqual(set(seen), set(map(str, wire.RATES)))
         self.assertGreater(len(seen), 10)
         self.assertLess(len(seen), 50)          # 120 if each turn took half a second
-
-
-if __name__ == '__main__':
-    sys.exit(runner.main())

@@ -8,14 +8,12 @@ The tests themselves make sure that things did happen, and that what arrives is 
 import os
 import random
 import select
-import sys
 import termios
 import threading
 import time
 
 import head_rig
 import kernel
-import runner
 from head_rig import CLASS, LDISC, N_TTY, Case, Pty, heads, polled, set_ldisc, set_speed, wait
 from kernel import read_file, write_file
 from xy3_head_sim import faults, head, line, simulator, wire
@@ -340,7 +338,3 @@ class Streams(Case):
         self.assertCounts(head, decoder)
         self.assertGreater(decoder.packets, 100)
         self.assertGreater(decoder.resyncs, 100)
-
-
-if __name__ == '__main__':
-    sys.exit(runner.main())

@@ -3,11 +3,9 @@
 
 import os
 import random
-import sys
 import time
 
 import head_rig
-import runner
 from head_rig import Case, wait
 from kernel import read_file, write_file
 from xy3_head_sim import wire
@@ -417,7 +415,3 @@ class Trace(Case):
             'xy3-0 error=-19 frames=' + wire.command_frame('calibrate', 'x').hex(' '),
             'xy3-0 error=-19 frames=' + wire.command_frame('reference', bits=32).hex(' '),
             'xy3-0 error=-19 frames=' + wire.command_frame('autocalib on', 'y').hex(' ')])
-
-
-if __name__ == '__main__':
-    sys.exit(runner.main())

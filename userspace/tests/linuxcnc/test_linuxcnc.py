@@ -13,11 +13,9 @@ import os
 import shutil
 import signal
 import subprocess
-import sys
 import time
 
 import rig
-import runner
 from rig import find
 
 SOURCE = os.path.join(rig.HERE, '..', '..', 'linuxcnc')
@@ -423,7 +421,3 @@ class End(Case):
             self.assertTrue(find.wait(lambda: not processes(name), 10), name)
         self.assertNotIn('xhc-dro:', mill.said())
         self.assertNotIn('Traceback', mill.said())
-
-
-if __name__ == '__main__':
-    sys.exit(runner.main())

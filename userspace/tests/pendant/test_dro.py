@@ -3,12 +3,10 @@
 
 import os
 import random
-import sys
 import threading
 import time
 
 import rig
-import runner
 from rig import Case, KernelLog, read_file
 from xhc_sim.lcd import COORDINATES, NUMBERS
 
@@ -643,7 +641,3 @@ class Tracepoints(Case):
         pendant.device.set_fault('stall', count=1)
         pendant.set_error('flush', '1')
         self.assertIn('error=-5', self.trace())
-
-
-if __name__ == '__main__':
-    sys.exit(runner.main())

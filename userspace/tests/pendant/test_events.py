@@ -7,12 +7,10 @@ import os
 import select
 import struct
 import subprocess
-import sys
 import threading
 import time
 
 import rig
-import runner
 from rig import KEY, PARAMETER, Case, pressed, read_file, released, selected, turned, write_file
 from xhc_sim import find
 
@@ -597,7 +595,3 @@ class Counters(Case):
         one.packet()
         self.assertEqual((one.stat('reports'), two.stat('reports')), (1, 0))
         self.assertEqual((one.stat('unknown_keys'), two.stat('unknown_keys')), (1, 0))
-
-
-if __name__ == '__main__':
-    sys.exit(runner.main())

@@ -7,10 +7,8 @@ before.
 """
 
 import os
-import sys
 
 import rig
-import runner
 from failslab import FAILSLAB, function_range, module_range, setup_failslab, walk
 from hid_gadget import HidGadgetPendant
 from rig import Case, pressed, read_file, released, write_file
@@ -218,7 +216,3 @@ class Worker(FaultCase):
             pendant.report(code)
             self.assertPacket(pendant, (released(code - 1) if code > 1 else []) + pressed(code))
         setup_failslab()
-
-
-if __name__ == '__main__':
-    sys.exit(runner.main())

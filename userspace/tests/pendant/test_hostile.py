@@ -3,12 +3,10 @@
 
 import errno
 import os
-import sys
 import threading
 import time
 
 import rig
-import runner
 from descriptors import ACCEPTED, REFUSED
 from rig import Case, KernelLog, pressed, selected
 from xhc_sim import find
@@ -364,7 +362,3 @@ class Rebind(Case):
         self.assertEqual(find.driver(path), 'hid-xhc')
         self.assertTrue(device.wait_frames(1))
         self.assertEqual(device.events.count('stop'), 1)
-
-
-if __name__ == '__main__':
-    sys.exit(runner.main())

@@ -7,12 +7,10 @@ import os
 import pty
 import select
 import subprocess
-import sys
 import threading
 import time
 
 import rig
-import runner
 from rig import Case, pressed, released, selected, turned, write_file
 from xhc_sim import find
 
@@ -148,7 +146,3 @@ class Terminal(Case):
         os.write(master, b'uq')
         _, status = os.waitpid(pid, 0)
         self.assertEqual(status, 0)
-
-
-if __name__ == '__main__':
-    sys.exit(runner.main())

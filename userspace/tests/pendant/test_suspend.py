@@ -8,12 +8,10 @@ all that the drivers see is as in a real suspend to idle.
 
 import errno
 import os
-import sys
 import threading
 import time
 
 import rig
-import runner
 from hid_gadget import HidGadgetPendant
 from raw_gadget import GadgetPendant
 from rig import Case, pressed, read_file, released, selected, turned, write_file
@@ -181,7 +179,3 @@ class Autosuspend(Case):
         self.assertTrue(find.wait(lambda: status() == 'suspended', 10))
         pendant.bind()
         self.assertTrue(find.wait(lambda: status() == 'active', 10))
-
-
-if __name__ == '__main__':
-    sys.exit(runner.main())

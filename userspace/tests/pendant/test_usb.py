@@ -4,12 +4,10 @@
 import fcntl
 import os
 import struct
-import sys
 import threading
 import time
 
 import rig
-import runner
 from descriptors import REFUSED
 from rig import Case, pressed, read_file, released, selected, turned
 from xhc_sim import find
@@ -324,7 +322,3 @@ class Hostile(Case):
         for number, pendant in ((1, one), (2, two)):
             self.assertPacket(pendant, pressed(number))
             self.assertEqual(pendant.flush()['work_x'], '%d.0000' % number)
-
-
-if __name__ == '__main__':
-    sys.exit(runner.main())

@@ -5,12 +5,10 @@ head, and what it has received is drawn.
 
 import os
 import subprocess
-import sys
 import unittest
 
 import head_rig
 import kernel
-import runner
 from kernel import read_file, write_file
 
 FOLDER = os.path.dirname(os.environ.get('XY3_MODULE', ''))
@@ -75,7 +73,3 @@ def setUpModule():
 def tearDownModule():
     kernel.unload_module('xy3_spi')
     head_rig.unload()
-
-
-if __name__ == '__main__':
-    sys.exit(runner.main())

@@ -9,12 +9,10 @@ import fcntl
 import grp
 import os
 import struct
-import sys
 
 import forward_rig
 import head_rig
 import rig
-import runner
 from kernel import read_file, wait, write_file
 from tool import FAILURE, OK, Tool
 from xy3_head_sim import wire
@@ -265,7 +263,3 @@ class Number(Checks, forward_rig.Case):
         self.addCleanup(head_rig.unload)
         self.assertNotIn('ldisc', self.found())
         self.assertEqual(look(xy3ctl)['ldisc'][0][:2], ('ok', "number 29 is xy3's"))
-
-
-if __name__ == '__main__':
-    sys.exit(runner.main())

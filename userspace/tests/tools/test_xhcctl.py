@@ -7,12 +7,10 @@ import os
 import pty
 import signal
 import struct
-import sys
 import termios
 import threading
 
 import rig
-import runner
 import xhcctl_tool
 from rig import Case
 from tool import FAILURE, NO_DEVICE, OK, USAGE
@@ -611,7 +609,3 @@ class Picture(ToolCase):
         pendant.report()
         self.assertEqual(terminal.process.wait(30), OK)
         self.assertNotIn(b'\x1b', terminal.bytes)
-
-
-if __name__ == '__main__':
-    sys.exit(runner.main())

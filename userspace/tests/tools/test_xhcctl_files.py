@@ -6,11 +6,9 @@ import os
 import shutil
 import signal
 import subprocess
-import sys
 import time
 
 import rig
-import runner
 from rig import Case, pressed, released, selected, turned
 from tool import FAILURE, NO_DEVICE, OK
 from xhc_sim import find
@@ -279,7 +277,3 @@ class Apply(FileCase):
         result = run('layout', 'hb04-16', '--write', '--root', '/run/root')
         self.assertIn('systemd-hwdb update --root=/run/root', result.err)
         self.assertNotIn(pendant.event_node, result.err)
-
-
-if __name__ == '__main__':
-    sys.exit(runner.main())

@@ -10,19 +10,22 @@ import pty
 import re
 import select
 import struct
-import sys
 import time
 
 import forward_rig
 import head_rig
 import kernel
-import runner
 from kernel import read_file, wait, write_file
 from tool import FAILURE, NO_DEVICE, OK, USAGE, Tool
 from xy3_head_sim import wire
 
 xy3ctl = Tool('xy3ctl')
 SPIDEV = os.environ.get('SPIDEV_MODULE', '')
+
+
+def setUpModule():
+    forward_rig.load()
+    kernel.load_module(SPIDEV)
 
 
 class Case(forward_rig.Case):
@@ -589,9 +592,3 @@ class Attaching(Case):
             except OSError:
                 continue                # it has ended
         return found
-
-
-if __name__ == '__main__':
-    forward_rig.load()
-    kernel.load_module(SPIDEV)
-    sys.exit(runner.main())

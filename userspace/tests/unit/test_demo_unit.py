@@ -13,7 +13,6 @@ import unittest
 import zlib
 from unittest import mock
 
-import runner
 
 EXAMPLES = os.path.realpath(os.path.join(os.path.dirname(os.path.realpath(__file__)),
                                          '..', '..', 'examples'))
@@ -199,7 +198,3 @@ class Streams(Folder):
     def test_no_scanhead(self):
         with self.assertRaisesRegex(SystemExit, 'no scanhead'):
             stream.find()
-
-
-if __name__ == '__main__':
-    sys.exit(runner.main())

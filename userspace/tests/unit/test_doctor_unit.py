@@ -14,7 +14,6 @@ import sys
 import tempfile
 import unittest
 
-import runner
 
 HERE = os.path.dirname(os.path.realpath(__file__))
 TOP = os.path.join(HERE, '..', '..', '..')
@@ -310,7 +309,3 @@ class Case(unittest.TestCase):
         findings, status = self.ask(root, '-d', 'xy3-1')
         self.assertEqual(status, 1)
         self.assertIn('not a byte', findings['back'][0][1])
-
-
-if __name__ == '__main__':
-    sys.exit(runner.main())

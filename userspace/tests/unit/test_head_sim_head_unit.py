@@ -7,7 +7,6 @@ import os
 import sys
 import unittest
 
-import runner
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)),
                                 '..', '..', 'xy3-head-sim'))
@@ -446,7 +445,3 @@ class Counts(unittest.TestCase):
                 one.faults.set('torn', 'once')
         counts = self.check(one, ear)
         self.assertEqual((counts['packets'], counts['damaged_packets']), (49999, 1))
-
-
-if __name__ == '__main__':
-    sys.exit(runner.main())

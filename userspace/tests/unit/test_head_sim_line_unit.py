@@ -14,7 +14,6 @@ import threading
 import time
 import unittest
 
-import runner
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)),
                                 '..', '..', 'xy3-head-sim'))
@@ -438,7 +437,3 @@ class Files(Case):
         sim = self.simulate(quiet_head(), line.File('/dev/full'))
         with self.assertRaisesRegex(line.LineError, '/dev/full: No space'):
             sim.head.report()
-
-
-if __name__ == '__main__':
-    sys.exit(runner.main())

@@ -16,7 +16,6 @@ import threading
 import time
 import unittest
 
-import runner
 
 PRODUCT = os.path.realpath(os.path.join(os.path.dirname(os.path.realpath(__file__)),
                                         '..', '..', 'xy3-head-sim'))
@@ -455,7 +454,3 @@ class Manual(unittest.TestCase):
         for words in ([form for form, _ in COMMANDS], faults.KINDS, wire.COMPONENTS):
             for word in words:
                 self.assertIn(word, text)
-
-
-if __name__ == '__main__':
-    sys.exit(runner.main())

@@ -7,7 +7,6 @@ import random
 import sys
 import unittest
 
-import runner
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)),
                                 '..', '..', 'xy3-head-sim'))
@@ -261,7 +260,3 @@ class Decoding(unittest.TestCase):
         decoder.feed(b''.join(packets) * 5000)
         self.assertEqual((decoder.packets, decoder.dropped, decoder.unknown, decoder.syncs),
                          (25000, 0, 5000, 5000))
-
-
-if __name__ == '__main__':
-    sys.exit(runner.main())

@@ -14,7 +14,6 @@ import types
 import unittest
 from unittest import mock
 
-import runner
 from busless_pendant import HB04
 
 PRODUCT = os.path.join(os.path.dirname(os.path.realpath(__file__)), '..', '..', 'linuxcnc')
@@ -363,7 +362,3 @@ class Files(unittest.TestCase):
                 self.assertIn('Fl ' + option[1:], page)
         for pin in component.FLOATS + component.BITS + component.RESULTS:
             self.assertRegex(page, r'\b%s\b' % pin)
-
-
-if __name__ == '__main__':
-    sys.exit(runner.main())

@@ -6,12 +6,10 @@ import errno
 import os
 import socket
 import struct
-import sys
 import threading
 import time
 import unittest
 
-import runner
 from busless_pendant import HB04, chunks, frame
 from xhc_sim import models, pendant, uhid, usb
 
@@ -45,11 +43,11 @@ class FakeKernel(usb.UsbPendant):
         return command, seqnum, status, actual, data
 
 
-def setup(kind, request, value=0, index=0, length=0):
+def control(kind, request, value=0, index=0, length=0):
     return usb.SETUP.pack(kind, request, value, index, length)
 
 
-SET_CHUNK = setup(0x21, 9, 0x0306, 0, 8)
+SET_CHUNK = control(0x21, 9, 0x0306, 0, 8)
 
 
 class Usb(unittest.TestCase):
@@ -64,14 +62,14 @@ class Usb(unittest.TestCase):
         return self.pendant.answer(inbound=True)
 
     def test_device_descriptor(self):
-        _, _, status, actual, data = self.ask(setup(0x80, 6, 0x0100, 0, 64))
+        _, _, status, actual, data = self.ask(control(0x80, 6, 0x0100, 0, 64))
         self.assertEqual((status, actual), (0, 18))
         self.assertEqual(struct.unpack_from('<HH', data, 8), (0x10CE, 0xEB70))
         self.assertEqual(tuple(data[14:18]), (1, 0, 0, 1))      # manufacturer only
-        self.assertEqual(self.ask(setup(0x80, 6, 0x0100, 0, 8))[4], data[:8])
+        self.assertEqual(self.ask(control(0x80, 6, 0x0100, 0, 8))[4], data[:8])
 
     def test_configuration(self):
-        data = self.ask(setup(0x80, 6, 0x0200, 0, 255))[4]
+        data = self.ask(control(0x80, 6, 0x0200, 0, 255))[4]
         self.assertEqual(len(data), int.from_bytes(data[2:4], 'little'))
         self.assertEqual(data[4], 1)                            # one interface
         self.assertEqual(data[9:18].hex(), '090400000103000000')
@@ -79,18 +77,18 @@ class Usb(unittest.TestCase):
         self.assertEqual(data[27:].hex(), '07058103400002')     # one endpoint, 0x81
 
     def test_strings(self):
-        self.assertEqual(self.ask(setup(0x80, 6, 0x0300, 0, 255))[4].hex(), '04030904')
-        data = self.ask(setup(0x80, 6, 0x0301, 0x0409, 255))[4]
+        self.assertEqual(self.ask(control(0x80, 6, 0x0300, 0, 255))[4].hex(), '04030904')
+        data = self.ask(control(0x80, 6, 0x0301, 0x0409, 255))[4]
         self.assertEqual(data[2:].decode('utf-16-le'), 'KTURT.LTD')
-        self.assertEqual(self.ask(setup(0x80, 6, 0x0302, 0x0409, 255))[2], -errno.EPIPE)
+        self.assertEqual(self.ask(control(0x80, 6, 0x0302, 0x0409, 255))[2], -errno.EPIPE)
 
     def test_report_descriptor(self):
-        data = self.ask(setup(0x81, 6, 0x2200, 0, 46))[4]
+        data = self.ask(control(0x81, 6, 0x2200, 0, 46))[4]
         self.assertEqual(data, models.REPORT_DESCRIPTOR)
 
     def test_unknown_requests_stall(self):
-        for request in (setup(0x80, 6, 0x0600, 0, 10), setup(0xC0, 1, 0, 0, 8),
-                        setup(0xA1, 1, 0x0306, 0, 8)):
+        for request in (control(0x80, 6, 0x0600, 0, 10), control(0xC0, 1, 0, 0, 8),
+                        control(0xA1, 1, 0x0306, 0, 8)):
             self.assertEqual(self.ask(request)[2], -errno.EPIPE)
 
     def test_input_report_after_poll(self):
@@ -184,7 +182,3 @@ class Uhid(unittest.TestCase):
     def test_report_while_unplugged(self):
         with self.assertRaises(OSError):
             uhid.UhidPendant().report(b'\4')
-
-
-if __name__ == '__main__':
-    sys.exit(runner.main())

@@ -6,10 +6,8 @@ Rows marked "seed" are examples or tables of the document "XHC xHB03 & xHB04 int
 """
 
 import errno
-import sys
 import unittest
 
-import runner
 from busless_pendant import HB03, HB04, Bench, chunks, frame
 from xhc_sim import lcd, models, pendant
 
@@ -288,7 +286,3 @@ class Faults(unittest.TestCase):
             bench.set_report(0x0206, 0, b'\x06' + part)
         self.assertIsNone(bench.lcd)
         self.assertEqual(bench.set_reports[0].wvalue, 0x0206)
-
-
-if __name__ == '__main__':
-    sys.exit(runner.main())

@@ -15,7 +15,6 @@ import threading
 import time
 import unittest
 
-import runner
 from busless_pendant import HB03, HB04, PRODUCT, Bench, frame
 from xhc_sim import VERSION, cli, pendant, terminal
 from xhc_sim.script import COMMANDS, EXPECT_FIELDS, Failure, Runner, ScriptError
@@ -289,7 +288,3 @@ class Manual(unittest.TestCase):
             self.assertRegex(self.page, r'(?m)^\.It Cm %s\b' % kind)
         for status in (cli.OK, cli.FAILED, cli.USAGE, cli.NO_DEVICE):
             self.assertRegex(self.page, r'(?m)^\.It %d$' % status)
-
-
-if __name__ == '__main__':
-    sys.exit(runner.main())

@@ -11,7 +11,6 @@ import sys
 import tempfile
 import unittest
 
-import runner
 
 HERE = os.path.dirname(os.path.realpath(__file__))
 SOURCE = os.path.join(HERE, '..', '..', 'tools')
@@ -136,7 +135,3 @@ class Xy3ctl(Tool, unittest.TestCase):
             self.assertIn('schema.json', self.complete('packets', 'sch'))
         finally:
             os.chdir(before)
-
-
-if __name__ == '__main__':
-    sys.exit(runner.main())

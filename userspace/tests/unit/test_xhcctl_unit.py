@@ -10,11 +10,9 @@ import random
 import re
 import stat
 import subprocess
-import sys
 import tempfile
 import unittest
 
-import runner
 from busless_pendant import models
 from tool import FAILURE, NO_DEVICE, OK, SOURCE, USAGE
 from xhcctl_tool import LAYOUTS, environment, run, xhcctl
@@ -299,7 +297,3 @@ class Recordings(Case):
                     number = re.search(r'/recording:(\d+): .', result.err)
                     self.assertIsNotNone(number, result.err)
                     self.assertLessEqual(int(number[1]), content.count(b'\n') + 1)
-
-
-if __name__ == '__main__':
-    sys.exit(runner.main())

@@ -3,13 +3,11 @@
 """The verdict against results written by hand: what no kernel can be made to leave on purpose."""
 import contextlib
 import io
-import sys
 import tempfile
 import unittest
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
-import verdict  # noqa: E402
+import verdict
 
 GOOD = '''KTAP version 1
 1..1
@@ -175,22 +173,3 @@ class VerdictTest(unittest.TestCase):
     def test_leak(self):
         self.leave('kmemleak', 'unreferenced object 0x61d0ab40 (size 256):\n  comm "x"\n')
         self.assert_refused('kmemleak: 1 unreferenced object')
-
-
-def main():
-    tests = unittest.defaultTestLoader.loadTestsFromTestCase(VerdictTest)
-    names = [test.id().rpartition('.')[2] for test in tests]
-    report = io.StringIO()
-    result = unittest.TextTestRunner(stream=report).run(tests)
-    bad = {str(test).split(' (', maxsplit=1)[0] for test, _ in result.failures + result.errors}
-    if bad:
-        print(report.getvalue())
-    for name in names:
-        print(f'not ok verdict_test.{name}: see above' if name in bad else
-              f'ok verdict_test.{name}')
-    print(f'verdict_test: {len(names) - len(bad)} passed, {len(bad)} failed')
-    return bool(bad)
-
-
-if __name__ == '__main__':
-    sys.exit(main())

@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""The result lines of a run of pytest, for the levels' scripts (lib.sh).
+
+First "1..N", then for each test "ok FILE.CLASS.TEST" or "not ok FILE.CLASS.TEST: why", and at the
+end "FILE: N passed, N failed" (FILE is "pytest" for several files). A skipped test, an expected
+failure and a run without tests are failures.
+"""
+
+import pathlib
+
+import pytest
+
+SLOW = 10               # seconds from which on a test's time is printed
+
+
+def test_name(nodeid):
+    """pendant/test_events.py::Keys::test_every_key[7] -> events.Keys.test_every_key[7]"""
+    path, _, rest = nodeid.partition('::')
+    stem = pathlib.PurePath(path).stem.removeprefix('test_')
+    return '.'.join([stem, *rest.split('::')]) if rest else stem
+
+
+def why_not(report):
+    """Why a report of one phase of a test is no success, in one line; None if it is."""
+    if hasattr(report, 'wasxfail'):
+        return 'an expected failure is a failure'
+    if report.skipped:
+        return 'skipped: %s' % (report.longrepr[2] if isinstance(report.longrepr, tuple)
+                                else report.longrepr)
+    if not report.failed:
+        return None
+    crash = getattr(report.longrepr, 'reprcrash', None)
+    why = crash.message if crash else str(report.longrepr).rstrip()
+    why = why.splitlines()[0] if crash else why.splitlines()[-1]
+    return why if report.when in ('call', 'collect') else '%s: %s' % (report.when, why)
+
+
+class ResultLines:
+    """Counts results, and prints each as soon as it is known: a hang shows where."""
+
+    def __init__(self, writer):
+        self.writer = writer
+        self.passed = 0
+        self.failed = 0
+        self.files = set()
+        self.why = {}           # of the running test's phases, the first that failed
+        self.seconds = {}
+
+    def line(self, text):
+        self.writer.line(text)
+        self.writer.flush()
+
+    def fail(self, name, why):
+        self.failed += 1
+        self.line('not ok %s: %s' % (name, why))
+
+    def details(self, report):
+        if report.failed:
+            for line in report.longreprtext.splitlines():
+                self.line('    ' + line)
+            for title, text in report.sections:
+                for line in ['--- %s' % title, *text.splitlines()]:
+                    self.line('    ' + line)
+
+    def pytest_collectreport(self, report):
+        why = why_not(report)
+        if why:
+            self.details(report)
+            self.fail(test_name(report.nodeid), why)
+
+    def pytest_collection_finish(self, session):
+        self.files = {item.path for item in session.items}
+        self.line('1..%d' % len(session.items))
+
+    def pytest_runtest_logreport(self, report):
+        name, why = test_name(report.nodeid), why_not(report)
+        if why:
+            self.details(report)
+            self.why.setdefault(name, why)
+        self.seconds[name] = self.seconds.get(name, 0) + report.duration
+        if report.when == 'teardown':
+            self.finish(name)
+
+    def finish(self, name):
+        seconds = self.seconds.pop(name)
+        if name in self.why:
+            self.fail(name, self.why.pop(name))
+        else:
+            self.passed += 1
+            self.line('ok ' + name)
+        if seconds > SLOW:
+            self.line('    (%.0f s)' % seconds)
+
+    @pytest.hookimpl(trylast=True)
+    def pytest_sessionfinish(self, session):
+        if self.passed + self.failed == 0:
+            self.fail('pytest', 'no test ran')
+        session.exitstatus = 1 if self.failed else 0
+
+    def pytest_unconfigure(self):
+        """Behind whatever pytest prints."""
+        files = [test_name(path.name) for path in self.files]
+        self.line('%s: %d passed, %d failed' % (files[0] if len(files) == 1 else 'pytest',
+                                                self.passed, self.failed))
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_report_teststatus(report):
+    """No letter and no word of pytest's own for a test."""
+    return report.outcome, '', ''
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_configure(config):
+    config.pluginmanager.register(ResultLines(config.get_terminal_writer()), 'result-lines')
