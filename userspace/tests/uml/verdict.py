@@ -16,41 +16,11 @@ import re
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[3] / 'kunit'))
+HERE = Path(__file__).resolve().parent
+sys.path[:0] = [str(HERE.parent / 'lib'), str(HERE.parents[2] / 'kunit')]
 import ktap                                     # noqa: E402
+from kernel_trouble import trouble              # noqa: E402
 from ktap import block_faults, why_not          # noqa: E402
-
-# Only lines with the kernel's time stamp count: what a test prints is not the kernel's word.
-KERNEL_LINE = re.compile(r'^\[ *\d+\.\d+\] (.*)')
-
-REPORTS = re.compile('|'.join((
-    r'\bBUG\b',
-    r'\bWARNING: ',
-    r'\bINFO: (?!.*\bselftest\b)',
-    r'KASAN: ',
-    r'UBSAN: ',
-    r'ODEBUG: ',
-    r'cut here',
-    r'Call Trace:',
-    r'\*\*\* DEADLOCK \*\*\*',
-    r'turning off the locking correctness validator',
-    r'DEBUG_LOCKS_WARN_ON',
-    r'bad unlock balance',
-    r'lock held when returning',
-    r'refcount_t: ',
-    r'list_(add|del) corruption',
-    r'cannot create duplicate filename',
-    r'general protection',
-    r'segfault at',
-    r'\bOops\b',
-    r'Kernel panic',
-    r'stack-protector',
-    # ... but the HID core says so of a torn report descriptor, which is the test's own
-    r'[Uu]nbalanced (?!(collection|delimiter) at end of report)',
-    r'self-detected stall',
-    r'soft lockup',
-    r'kobject.*(failed|tried to init)',
-)))
 
 # Bits of /proc/sys/kernel/tainted that every run has: modules from outside the tree, KUnit
 EXPECTED_TAINT = 1 << 12 | 1 << 18
@@ -78,13 +48,8 @@ def check_console(out, allowed):
     if not console or 'init: ' not in console:
         yield 'console: the kernel did not reach init'
         return
-    seen = set()
-    for line in console.splitlines():
-        match = KERNEL_LINE.match(line.rstrip('\r'))
-        text = match.group(1) if match else ''
-        if REPORTS.search(text) and text not in seen and not allowed(text):
-            seen.add(text)
-            yield f'console: {text}'
+    for line in trouble(console, allowed):
+        yield f'console: {line}'
 
 
 def check_taint(out):
