@@ -10,159 +10,151 @@ import random
 import struct
 import time
 
+import pytest
 import forward_rig
 import head_rig
 from forward_rig import ARRANGEMENTS, Case, write_all
 from kernel import read_file, wait, write_file
 
 
-class ClosedLoop(Case):
-    def check(self, lines, framing, cs_word, bits, scans):
+class TestClosedLoop(Case):
+    @pytest.mark.parametrize('bits', (24, 32))
+    @pytest.mark.parametrize('lines, framing, cs_word', ARRANGEMENTS)
+    def test_every_scan(self, lines, framing, cs_word, bits):
+        scans = 20000 if framing == 'line' else 3000
         forward = self.forward(lines, framing, cs_word)
-        self.assertIsNone(forward.set('frame_bits', bits))
+        assert forward.set('frame_bits', bits) is None
         chance = random.Random(lines * 100 + bits)
         top = (1 << (26 if bits == 32 else 20)) - 1
         codes = [chance.randint(0, top) for _ in range(scans * forward.axes)]
         forward.record(scans + 2)
-        self.assertIsNone(forward.start())
+        assert forward.start() is None
         fd = forward.open()
         one = 4 * forward.axes
         write_all(fd, struct.pack('<%dI' % len(codes), *codes),
                   lambda: one * chance.choice((1, 10, 255, 256, 257, 4000)))
-        self.assertIsNone(forward.stop())
+        assert forward.stop() is None
         os.close(fd)
         want = [' '.join(map(str, codes[i:i + forward.axes]))
                 for i in range(0, len(codes), forward.axes)]
-        self.assertEqual(len(forward.sim('record').splitlines()), scans)
-        self.assertEqual(forward.sim('record').splitlines(), want)
-        self.assertEqual(forward.bad_frames(), [])
+        assert len(forward.sim('record').splitlines()) == scans
+        assert forward.sim('record').splitlines() == want
+        assert forward.bad_frames() == []
         last = [int(line.split()[1]) for line in forward.sim('positions').splitlines()]
-        self.assertEqual(last, codes[-forward.axes:])
-        self.assertEqual(forward.number('scans') - forward.number('repeated'), scans)
-        self.assertEqual(forward.number('bus_errors'), 0)
+        assert last == codes[-forward.axes:]
+        assert forward.number('scans') - forward.number('repeated') == scans
+        assert forward.number('bus_errors') == 0
 
     def test_one_axis_left_out(self):
         forward = self.forward(4, 'line')
-        self.assertIsNone(forward.set('out_angl1_raw', 777))
+        assert forward.set('out_angl1_raw', 777) is None
         forward.record(100)
-        self.assertIsNone(forward.start(axes=(0, 2)))
+        assert forward.start(axes=(0, 2)) is None
         fd = forward.open()
         os.write(fd, struct.pack('<6I', 1, 2, 3, 4, 5, 6))
-        self.assertIsNone(forward.stop())
+        assert forward.stop() is None
         os.close(fd)
-        self.assertEqual(forward.sim('record').splitlines(), ['1 777 2', '3 777 4', '5 777 6'])
+        assert forward.sim('record').splitlines() == ['1 777 2', '3 777 4', '5 777 6']
 
     def test_high_bits_are_masked_and_counted(self):
         forward = self.forward(1, 'cs')
-        self.assertIsNone(forward.start())
+        assert forward.start() is None
         fd = forward.open()
         os.write(fd, struct.pack('<3I', 0xfffff, 0x100005, 0xffffffff))
-        self.assertIsNone(forward.stop())
+        assert forward.stop() is None
         os.close(fd)
-        self.assertEqual(forward.number('masked_codes'), 2)
-        self.assertEqual(forward.sim('positions'), 'x %d 20' % 0xfffff)
+        assert forward.number('masked_codes') == 2
+        assert forward.sim('positions') == 'x %d 20' % 0xfffff
 
     def test_late_writer(self):
         forward = self.forward(4, 'line', more='realtime=1')
-        self.assertIsNone(forward.start())
+        assert forward.start() is None
         fd = forward.open()
         for round_ in range(1, 4):
             os.write(fd, struct.pack('<3I', round_, 0, 0) * 300)
             time.sleep(0.2)
-            self.assertEqual(forward.number('underruns'), round_)
-            self.assertEqual(forward.x_of('positions'), str(round_))
-        self.assertIsNone(forward.stop())
+            assert forward.number('underruns') == round_
+            assert forward.x_of('positions') == str(round_)
+        assert forward.stop() is None
         os.close(fd)
-        self.assertGreater(forward.number('repeated'), 1000)
+        assert forward.number('repeated') > 1000
 
     def test_writes_that_are_no_scans(self):
         forward = self.forward(4, 'line')
         fd = forward.open(os.O_NONBLOCK)
-        self.assertEqual(head_rig.error_name(os.write, fd, b'\0' * 12), 'EINVAL')   # no stream
-        self.assertIsNone(forward.start())
-        self.assertEqual(head_rig.error_name(os.write, fd, b'\0' * 11), 'EINVAL')
-        self.assertEqual(os.write(fd, b'\0' * 12), 12)
-        self.assertIsNone(forward.stop())
+        assert head_rig.error_name(os.write, fd, b'\0' * 12) == 'EINVAL'   # no stream
+        assert forward.start() is None
+        assert head_rig.error_name(os.write, fd, b'\0' * 11) == 'EINVAL'
+        assert os.write(fd, b'\0' * 12) == 12
+        assert forward.stop() is None
         os.close(fd)
 
 
-def closed_loop_case(lines, framing, cs_word, bits):
-    def test(self):
-        self.check(lines, framing, cs_word, bits, 20000 if framing == 'line' else 3000)
-    return test
-
-
-for _lines, _framing, _cs_word in ARRANGEMENTS:
-    for _bits in (24, 32):
-        _name = 'test_%d_lines_%s%s_%d_bits' % (_lines, _framing, '_words' * _cs_word, _bits)
-        setattr(ClosedLoop, _name, closed_loop_case(_lines, _framing, _cs_word, _bits))
-
-
-class Settings(Case):
+class TestSettings(Case):
     def test_one_position(self):
         forward = self.forward(4, 'cs')
-        self.assertEqual([forward.get('out_angl%d_label' % i) for i in range(4)], list('xyzu'))
+        assert [forward.get('out_angl%d_label' % i) for i in range(4)] == list('xyzu')
         for axis, code in enumerate((0, 1, 0xfffff, 0x12345)):
-            self.assertIsNone(forward.set('out_angl%d_raw' % axis, code))
-            self.assertEqual(forward.number('out_angl%d_raw' % axis), code)
-        self.assertEqual(forward.sim('positions').splitlines(),
-                         ['x 0 20', 'y 1 20', 'z %d 20' % 0xfffff, 'u %d 20' % 0x12345])
-        self.assertEqual(forward.set('out_angl0_raw', 1 << 20), 'ERANGE')
-        self.assertEqual(forward.set('out_angl0_raw', -1), 'ERANGE')
-        self.assertEqual(forward.set('out_angl0_raw', 'left'), 'EINVAL')
-        self.assertIsNone(forward.set('frame_bits', 32))
-        self.assertEqual(forward.number('out_angl3_raw'), 0x12345 << 6)
-        self.assertIsNone(forward.set('out_angl0_raw', (1 << 26) - 1))
-        self.assertEqual(forward.x_of('positions'), str((1 << 26) - 1))
-        self.assertEqual(forward.set('frame_bits', 28), 'EINVAL')
+            assert forward.set('out_angl%d_raw' % axis, code) is None
+            assert forward.number('out_angl%d_raw' % axis) == code
+        assert forward.sim('positions').splitlines() == \
+                         ['x 0 20', 'y 1 20', 'z %d 20' % 0xfffff, 'u %d 20' % 0x12345]
+        assert forward.set('out_angl0_raw', 1 << 20) == 'ERANGE'
+        assert forward.set('out_angl0_raw', -1) == 'ERANGE'
+        assert forward.set('out_angl0_raw', 'left') == 'EINVAL'
+        assert forward.set('frame_bits', 32) is None
+        assert forward.number('out_angl3_raw') == 0x12345 << 6
+        assert forward.set('out_angl0_raw', (1 << 26) - 1) is None
+        assert forward.x_of('positions') == str((1 << 26) - 1)
+        assert forward.set('frame_bits', 28) == 'EINVAL'
 
     def test_not_while_a_stream_runs(self):
         forward = self.forward(4, 'line')
-        self.assertIsNone(forward.start())
+        assert forward.start() is None
         for name, value in (('out_angl0_raw', 1), ('frame_bits', 32),
                             ('sampling_frequency', 1000)):
-            self.assertEqual(forward.set(name, value), 'EBUSY', name)
-        self.assertEqual(head_rig.error_name(write_file, forward.spi + 'line_map', 'x'), 'EBUSY')
-        self.assertIsNone(forward.stop())
+            assert forward.set(name, value) == 'EBUSY', name
+        assert head_rig.error_name(write_file, forward.spi + 'line_map', 'x') == 'EBUSY'
+        assert forward.stop() is None
 
     def test_rate(self):
         forward = self.forward(4, 'line', more='max_speed_hz=5200000 realtime=1')
-        self.assertEqual(forward.number('sampling_frequency'), 100000)
+        assert forward.number('sampling_frequency') == 100000
         for rate in (1, 199999, 200000):
-            self.assertIsNone(forward.set('sampling_frequency', rate))
+            assert forward.set('sampling_frequency', rate) is None
         for rate in (0, -5, 200001):
-            self.assertEqual(forward.set('sampling_frequency', rate), 'ERANGE', rate)
-        self.assertIsNone(forward.set('frame_bits', 32))      # 34 clocks: slower
-        self.assertEqual(forward.number('sampling_frequency'), 5200000 // 34)
+            assert forward.set('sampling_frequency', rate) == 'ERANGE', rate
+        assert forward.set('frame_bits', 32) is None      # 34 clocks: slower
+        assert forward.number('sampling_frequency') == 5200000 // 34
 
     def test_line_map(self):
         forward = self.forward(4, 'cs')
         path = forward.spi + 'line_map'
-        self.assertEqual(read_file(path), 'x y z u\n')
+        assert read_file(path) == 'x y z u\n'
         for text in ('', 'y z', 'x x', 'x q', 'x y z u w', 'sync', 'x y z u -'):
-            self.assertEqual(head_rig.error_name(write_file, path, text + '\n'), 'EINVAL', text)
-            self.assertEqual(read_file(path), 'x y z u\n')
+            assert head_rig.error_name(write_file, path, text + '\n') == 'EINVAL', text
+            assert read_file(path) == 'x y z u\n'
         write_file(path, 'sync w - x\n')
-        self.assertEqual(read_file(path), 'sync w - x\n')
+        assert read_file(path) == 'sync w - x\n'
         forward.set_sim('signals', 'sync w - x')
         forward.find()
-        self.assertEqual([forward.get('out_angl%d_label' % i) for i in range(2)], ['x', 'w'])
-        self.assertIsNone(forward.set('out_angl0_raw', 5))
-        self.assertIsNone(forward.set('out_angl1_raw', 6))
-        self.assertEqual(forward.sim('positions').splitlines(), ['x 5 20', 'w 6 20'])
+        assert [forward.get('out_angl%d_label' % i) for i in range(2)] == ['x', 'w']
+        assert forward.set('out_angl0_raw', 5) is None
+        assert forward.set('out_angl1_raw', 6) is None
+        assert forward.sim('positions').splitlines() == ['x 5 20', 'w 6 20']
 
     def test_no_suspend_while_a_stream_runs(self):
         forward = self.forward(4, 'line')
         write_file('/sys/module/suspend/parameters/pm_test_delay', '0')
         write_file('/sys/power/pm_test', 'devices')
-        self.assertIsNone(forward.start())
-        self.assertEqual(head_rig.error_name(write_file, '/sys/power/state', 'freeze'), 'EBUSY')
+        assert forward.start() is None
+        assert head_rig.error_name(write_file, '/sys/power/state', 'freeze') == 'EBUSY'
         fd = forward.open()
         os.write(fd, struct.pack('<3I', 1, 2, 3))       # it runs as before
         forward.stop_and_close(fd)
-        self.assertEqual(forward.x_of('positions'), '1')
-        self.assertIsNone(head_rig.error_name(write_file, '/sys/power/state', 'freeze'))
-        self.assertIsNone(forward.set('out_angl0_raw', 4))
+        assert forward.x_of('positions') == '1'
+        assert head_rig.error_name(write_file, '/sys/power/state', 'freeze') is None
+        assert forward.set('out_angl0_raw', 4) is None
 
     def test_another_drivers_device(self):
         """What firmware calls something else, as boards do that come with /dev/spidevB.C."""
@@ -171,15 +163,15 @@ class Settings(Case):
         write_file('/sys/bus/spi/devices/%s/driver_override' % device, 'xy3-spi')
         write_file(forward_rig.DRIVER + 'bind', device)
         forward = forward_rig.Forward()
-        self.assertEqual(forward.axes, 1)
-        self.assertIsNone(forward.set('out_angl0_raw', 4321))
-        self.assertEqual(forward.x_of('positions'), '4321')
+        assert forward.axes == 1
+        assert forward.set('out_angl0_raw', 4321) is None
+        assert forward.x_of('positions') == '4321'
 
     def test_controller_with_fewer_lines(self):
         self.sim(1, 'cs', more='device_lines=4')
         time.sleep(0.2)
-        self.assertEqual(glob.glob('/sys/bus/iio/devices/iio:device*'), [])
-        self.assertEqual(head_rig.heads(), [])
+        assert glob.glob('/sys/bus/iio/devices/iio:device*') == []
+        assert head_rig.heads() == []
 
     def test_links_to_the_transports(self):
         forward = self.forward(2, 'cs')
@@ -188,19 +180,19 @@ class Settings(Case):
             return {name: os.path.basename(os.path.realpath(forward.head + name))
                     for name in ('back', 'forward') if os.path.islink(forward.head + name)}
 
-        self.assertEqual(links(), {'forward': forward.device})
-        self.assertTrue(forward.attach())
+        assert links() == {'forward': forward.device}
+        assert forward.attach()
         both = {'back': 'ttyXY3SIM0', 'forward': forward.device}
-        self.assertEqual(links(), both)
+        assert links() == both
         forward.unbind()
-        self.assertEqual(links(), {'back': 'ttyXY3SIM0'})
+        assert links() == {'back': 'ttyXY3SIM0'}
         forward.bind()
-        self.assertEqual(links(), both)
+        assert links() == both
         forward.close()
-        self.assertTrue(wait(lambda: links() == {'forward': forward.device}), links())
+        assert wait(lambda: links() == {'forward': forward.device}), links()
 
 
-class Commands(Case):
+class TestCommands(Case):
     def test_attributes(self):
         forward = self.forward(2, 'cs')
         for name, text, want in (('autocalib', 'on xy', ('80003', 'autocalib on xy')),
@@ -212,107 +204,107 @@ class Commands(Case):
             write_file(forward.head + name, text)
             code = wait(lambda want=want: forward.commands()[-1:] and
                         forward.commands()[-1][0] == want[0], 5)
-            self.assertTrue(code, (name, text, forward.commands()))
+            assert code, (name, text, forward.commands())
             if want[1]:
-                self.assertEqual(' '.join(forward.commands()[-1][1:]), want[1])
+                assert ' '.join(forward.commands()[-1][1:]) == want[1]
 
     def test_frames_by_the_tty(self):
         forward = self.forward(1, 'cs')
         fd = os.open('/dev/xy3-0', os.O_RDWR | os.O_NOCTTY)
         frames = b''.join(head_rig.wire.command_frame(name, 'x', bits)
                           for name, bits in (('calibrate', 24), ('reference', 32)))
-        self.assertEqual(os.write(fd, frames), 7)
-        self.assertEqual(head_rig.error_name(os.write, fd, frames[:5]), 'EINVAL')
-        self.assertTrue(wait(lambda: len(forward.commands()) == 2, 5))
+        assert os.write(fd, frames) == 7
+        assert head_rig.error_name(os.write, fd, frames[:5]) == 'EINVAL'
+        assert wait(lambda: len(forward.commands()) == 2, 5)
         time.sleep(0.1)
-        self.assertEqual([code for code, *_ in forward.commands()], ['c0001', '20001'])
+        assert [code for code, *_ in forward.commands()] == ['c0001', '20001']
         os.close(fd)
 
     def test_in_the_middle_of_a_stream(self):
         forward = self.forward(4, 'line')
         scans = 30000
         forward.record(scans + 1)
-        self.assertIsNone(forward.start())
+        assert forward.start() is None
         fd = forward.open()
         for part in range(30):
             os.write(fd, b''.join(struct.pack('<3I', part * 1000 + i, i, part)
                                   for i in range(1000)))
             write_file(forward.head + 'calibrate', 'x')
-        self.assertIsNone(forward.stop())
+        assert forward.stop() is None
         os.close(fd)
-        self.assertTrue(wait(lambda: forward.number('commands') == 30, 5))
-        self.assertEqual(forward.sim('record').splitlines(),
-                         ['%d %d %d' % (n, n % 1000, n // 1000) for n in range(scans)])
-        self.assertIn('commands 30', forward.sim('stats'))
-        self.assertEqual(forward.x_of('parity_errors'), '0')
+        assert wait(lambda: forward.number('commands') == 30, 5)
+        assert forward.sim('record').splitlines() == \
+                         ['%d %d %d' % (n, n % 1000, n // 1000) for n in range(scans)]
+        assert 'commands 30' in forward.sim('stats')
+        assert forward.x_of('parity_errors') == '0'
 
     def test_rates(self):
         forward = self.forward(4, 'line')
-        self.assertTrue(forward.attach())
+        assert forward.attach()
         for rate in (230400, 921600, 57600, 460800, 115200):
             status, text = head_rig.run('stty', '-F', '/dev/xy3-0', str(rate))
-            self.assertEqual((status, text), (0, ''))
-            self.assertEqual(forward.sim('rate'), str(rate))
-            self.assertEqual(read_file(forward.head + 'rate').strip(), str(rate))
-            self.assertTrue(wait(lambda: read_file(forward.head + 'in_sync') == '1\n', 10), rate)
+            assert (status, text) == (0, '')
+            assert forward.sim('rate') == str(rate)
+            assert read_file(forward.head + 'rate').strip() == str(rate)
+            assert wait(lambda: read_file(forward.head + 'in_sync') == '1\n', 10), rate
 
 
-class Errors(Case):
+class TestErrors(Case):
     def test_controller_error(self):
         forward = self.forward(4, 'line')
-        self.assertIsNone(forward.start())
+        assert forward.start() is None
         fd = forward.open()
         forward.set_sim('faults/spi_error_in', 3)
-        with self.assertRaises(OSError) as caught:
+        with pytest.raises(OSError) as caught:
             for _ in range(100000):
                 os.write(fd, b'\0' * 12 * 256)
-        self.assertEqual(caught.exception.errno, errno.EIO)
+        assert caught.value.errno == errno.EIO
         # neither a command that was refused nor positions that were left go out later
-        self.assertEqual(head_rig.error_name(write_file, forward.head + 'calibrate', 'x'), 'EIO')
-        self.assertIsNone(forward.stop())
+        assert head_rig.error_name(write_file, forward.head + 'calibrate', 'x') == 'EIO'
+        assert forward.stop() is None
         scans = forward.number('scans')     # the controller has nothing of the stream any more
         write_file(forward.head + 'reference', 'y')
-        self.assertTrue(wait(lambda: forward.commands(), 5))
+        assert wait(lambda: forward.commands(), 5)
         time.sleep(0.2)
-        self.assertEqual([code for code, *_ in forward.commands()], ['20002'])
-        self.assertEqual(forward.number('scans'), scans + 1)
-        self.assertEqual(forward.number('bus_errors'), 1)
-        self.assertIsNone(forward.start())      # a new stream is a new chance
-        self.assertEqual(os.write(fd, b'\0' * 12), 12)
-        self.assertIsNone(forward.stop())
+        assert [code for code, *_ in forward.commands()] == ['20002']
+        assert forward.number('scans') == scans + 1
+        assert forward.number('bus_errors') == 1
+        assert forward.start() is None      # a new stream is a new chance
+        assert os.write(fd, b'\0' * 12) == 12
+        assert forward.stop() is None
         forward.set_sim('faults/spi_error_in', 1)
-        self.assertEqual(forward.set('out_angl0_raw', 5), 'EIO')
-        self.assertEqual(forward.number('out_angl0_raw'), 0)
-        self.assertIsNone(forward.set('out_angl0_raw', 5))
+        assert forward.set('out_angl0_raw', 5) == 'EIO'
+        assert forward.number('out_angl0_raw') == 0
+        assert forward.set('out_angl0_raw', 5) is None
         os.close(fd)
 
     def test_start_and_stop(self):
         forward = self.forward(4, 'line')
         fd = forward.open()
         for n in range(300):
-            self.assertIsNone(forward.start(length=1024))
+            assert forward.start(length=1024) is None
             os.write(fd, struct.pack('<3I', n, n, n) * (n % 7 * 100 + 1))
-            self.assertIsNone(forward.stop())
-            self.assertEqual(forward.x_of('positions'), str(n))
+            assert forward.stop() is None
+            assert forward.x_of('positions') == str(n)
         os.close(fd)
 
     def test_unbound_in_the_middle_of_a_stream(self):
         forward = self.forward(4, 'line')
         for _ in range(20):
-            self.assertIsNone(forward.start())
+            assert forward.start() is None
             fd = forward.open()
             os.write(fd, b'\1\0\0\0' * 3 * 5000)
             forward.unbind()
-            self.assertEqual(head_rig.error_name(os.write, fd, b'\0' * 12), 'ENODEV')
-            self.assertEqual(head_rig.heads(), [])
+            assert head_rig.error_name(os.write, fd, b'\0' * 12) == 'ENODEV'
+            assert head_rig.heads() == []
             os.close(fd)
             forward.bind()
             forward.find()
 
 
-def setUpModule():
+def setup_module():
     forward_rig.load()
 
 
-def tearDownModule():
+def teardown_module():
     forward_rig.unload()

@@ -16,8 +16,8 @@ from forward_rig import Case
 from kernel import read_file, wait, write_file
 
 
-class Walk(Case):
-    def setUp(self):
+class TestWalk(Case):
+    def set_up(self):
         # where it fails without a word, and yet is undone when the IIO device goes
         setup_failslab(spared='software_node_notify')
         self.calls = 0
@@ -30,18 +30,18 @@ class Walk(Case):
         """All of it, with memory: a position, a command, a stream."""
         forward.find()
         self.calls += 1
-        self.assertIsNone(forward.set('out_angl0_raw', self.calls))
-        self.assertEqual(forward.x_of('positions'), str(self.calls))
+        assert forward.set('out_angl0_raw', self.calls) is None
+        assert forward.x_of('positions') == str(self.calls)
         commands = forward.sim_number('stats', 'commands')
         write_file(forward.head + 'calibrate', 'x')
-        self.assertTrue(wait(lambda: forward.sim_number('stats', 'commands') == commands + 1))
+        assert wait(lambda: forward.sim_number('stats', 'commands') == commands + 1)
         data = struct.pack('<%dI' % (600 * forward.axes), *range(600 * forward.axes))
         forward.record(601)
-        self.assertIsNone(forward.start())
+        assert forward.start() is None
         fd = forward.open()
         os.write(fd, data)
         forward.stop_and_close(fd)
-        self.assertEqual(forward.recorded(), data)
+        assert forward.recorded() == data
 
     def test_bind(self):
         forward = self.forward(2, 'cs')
@@ -50,10 +50,10 @@ class Walk(Case):
 
         def after(failure):
             there = failure is None
-            self.assertEqual(len(head_rig.heads()), int(there), failure)
-            self.assertEqual(len(glob.glob(forward.spi + 'iio:device*')), int(there), failure)
-            self.assertEqual(len(glob.glob('/dev/iio:device*')), int(there), failure)
-            self.assertEqual(os.path.exists(forward.spi + 'driver'), there)
+            assert len(head_rig.heads()) == int(there), failure
+            assert len(glob.glob(forward.spi + 'iio:device*')) == int(there), failure
+            assert len(glob.glob('/dev/iio:device*')) == int(there), failure
+            assert os.path.exists(forward.spi + 'driver') == there
             if there:
                 bound.append(True)
                 if len(bound) % 64 == 1:        # it takes longer than the walk itself
@@ -62,8 +62,8 @@ class Walk(Case):
 
         count, outcomes = walk(forward.bind, after)
         self.report('bind', count, outcomes)
-        self.assertGreater(count, 200)
-        self.assertGreater(outcomes.get('ENOMEM', 0), 100)
+        assert count > 200
+        assert outcomes.get('ENOMEM', 0) > 100
         forward.bind()
         self.works(forward)
 
@@ -74,15 +74,15 @@ class Walk(Case):
         fds = []
 
         def come():
-            self.assertIsNone(forward.start())
+            assert forward.start() is None
             fds.append(forward.open())
             os.write(fds[0], bytes(12 * 1000))
 
         def after(failure):
-            self.assertIsNone(failure)
-            self.assertEqual(head_rig.error_name(os.write, fds[0], bytes(12)), 'ENODEV')
+            assert failure is None
+            assert head_rig.error_name(os.write, fds[0], bytes(12)) == 'ENODEV'
             os.close(fds.pop())
-            self.assertEqual(head_rig.heads(), [])
+            assert head_rig.heads() == []
             forward.bind()
             forward.find()
             come()
@@ -100,54 +100,54 @@ class Walk(Case):
         old, new = 'x y\n', 'x -\n'
 
         def after(failure):
-            self.assertEqual(read_file(path), old if failure else new)
+            assert read_file(path) == (old if failure else new)
             forward.find()
-            self.assertEqual(forward.axes, 2 if failure else 1)
-            self.assertIsNone(forward.set('out_angl0_raw', 5))
+            assert forward.axes == (2 if failure else 1)
+            assert forward.set('out_angl0_raw', 5) is None
             write_file(path, old)
 
         count, outcomes = walk(lambda: write_file(path, new), after)
         self.report('line map', count, outcomes)
-        self.assertGreater(outcomes.get('ENOMEM', 0), 50)
+        assert outcomes.get('ENOMEM', 0) > 50
         self.works(forward)
 
     def test_buffer(self):
         forward = self.forward(8, 'cs')
-        self.assertIsNone(forward.start(length=2000))
-        self.assertIsNone(forward.stop())
+        assert forward.start(length=2000) is None
+        assert forward.stop() is None
 
         def after(failure):
-            self.assertEqual(forward.get('buffer/enable'), '0' if failure else '1')
+            assert forward.get('buffer/enable') == ('0' if failure else '1')
             if failure:
-                self.assertIsNone(forward.set('out_angl0_raw', 7))
+                assert forward.set('out_angl0_raw', 7) is None
             else:
-                self.assertIsNone(forward.stop())
+                assert forward.stop() is None
 
         count, outcomes = walk(lambda: write_file(forward.iio + 'buffer/enable', '1'), after)
         self.report('buffer', count, outcomes)
-        self.assertGreater(outcomes.get('ENOMEM', 0), 20)
+        assert outcomes.get('ENOMEM', 0) > 20
         self.works(forward)
 
     def test_position(self):
         forward = self.forward(4, 'cs')
-        self.assertIsNone(forward.set('out_angl0_raw', 1))
+        assert forward.set('out_angl0_raw', 1) is None
 
         def after(failure):
             code = '1' if failure else '2'
-            self.assertEqual(forward.get('out_angl0_raw'), code)
-            self.assertEqual(forward.x_of('positions'), code)
-            self.assertIsNone(forward.set('out_angl0_raw', 1))
+            assert forward.get('out_angl0_raw') == code
+            assert forward.x_of('positions') == code
+            assert forward.set('out_angl0_raw', 1) is None
 
         count, outcomes = walk(lambda: write_file(forward.iio + 'out_angl0_raw', '2'), after)
         self.report('position', count, outcomes)
-        self.assertGreater(outcomes.get('ENOMEM', 0), 1)
+        assert outcomes.get('ENOMEM', 0) > 1
         self.works(forward)
 
     def test_stream(self):
         """A stream that runs, and commands, need no memory at all: nothing is there to fail."""
         forward = self.forward(4, 'line')
         setup_failslab(*module_range('xy3_spi'))
-        self.assertIsNone(forward.start())
+        assert forward.start() is None
         fd = forward.open()
         data = bytes(12 * 3000)
         command = os.open(forward.head + 'calibrate', os.O_WRONLY)
@@ -155,20 +155,20 @@ class Walk(Case):
             os.write(fd, data)              # a first time, for what is made once
 
             def attempt():
-                self.assertEqual(os.write(fd, data), len(data))
-                self.assertEqual(os.pwrite(command, b'x', 0), 1)
+                assert os.write(fd, data) == len(data)
+                assert os.pwrite(command, b'x', 0) == 1
 
             count, outcomes = walk(attempt, self.assertIsNone)
-            self.assertEqual((count, outcomes), (0, {}))
+            assert (count, outcomes) == (0, {})
         finally:                            # or what comes behind cannot unload the modules
             os.close(command)
             forward.stop_and_close(fd)
         self.works(forward)
 
 
-def setUpModule():
+def setup_module():
     forward_rig.load()
 
 
-def tearDownModule():
+def teardown_module():
     forward_rig.unload()

@@ -67,8 +67,8 @@ class Crowd:
         return min(self.done.values()) >= LEAST
 
 
-class Storm(Case):
-    def setUp(self):
+class TestStorm(Case):
+    def set_up(self):
         self.head = None
 
     def device(self):
@@ -167,16 +167,16 @@ class Storm(Case):
         forward.stop()
         write_file(forward.spi + 'line_map', 'sync x y z')
         forward.find()
-        self.assertIsNone(forward.set('frame_bits', 24))
+        assert forward.set('frame_bits', 24) is None
         forward.set_sim('reset', 'power')
         forward.record(2001)
-        self.assertIsNone(forward.start())
+        assert forward.start() is None
         fd = forward.open()
         data = struct.pack('<6000I', *range(6000))
         os.write(fd, data)
         forward.stop_and_close(fd)
-        self.assertTrue(forward.recorded() == data)
-        self.assertEqual(forward.bad_frames(), [])
+        assert forward.recorded() == data
+        assert forward.bad_frames() == []
 
     def storm(self, forward, *works):
         self.head = forward
@@ -184,14 +184,14 @@ class Storm(Case):
             time.sleep(SECONDS)
             wait(crowd.all_done, 100)
         print('    ' + ', '.join('%s %d' % item for item in sorted(crowd.done.items())))
-        self.assertEqual(crowd.strange, [])
-        self.assertTrue(crowd.all_done())
+        assert crowd.strange == []
+        assert crowd.all_done()
         self.calm(forward)
 
     def test_streams_and_commands(self):
         """The device stays: nothing that goes over the wire is ever wrong."""
         forward = self.forward(4, 'line')
-        self.assertTrue(forward.attach())
+        assert forward.attach()
         self.storm(forward, self.writes, self.polls, self.enables, self.disables, self.moves,
                    self.sets, self.reads, self.commands, self.rates)
 
@@ -202,7 +202,7 @@ class Storm(Case):
 
     def test_unbind(self):
         forward = self.forward(4, 'line')
-        self.assertTrue(forward.attach())
+        assert forward.attach()
         self.storm(forward, self.writes, self.polls, self.enables, self.disables, self.moves,
                    self.sets, self.maps, self.reads, self.commands, self.rates, self.rebinds)
 
@@ -215,7 +215,7 @@ class Storm(Case):
     def test_enabled_and_disabled(self):
         """By two at once, while somebody writes all the time."""
         forward = self.forward(4, 'line', more='realtime=1')
-        self.assertIsNone(forward.start())
+        assert forward.start() is None
         self.storm(forward, self.writes, self.enables, self.disables)
 
     def test_module_goes(self):
@@ -223,19 +223,19 @@ class Storm(Case):
         for round_ in range(5):
             forward_rig.load_sim(4, 'line', more='realtime=%d' % (round_ % 2))
             self.head = forward_rig.Forward()
-            self.assertIsNone(self.head.start())
+            assert self.head.start() is None
             with Crowd(self.writes, self.commands, self.enables, self.disables,
                        self.reads) as crowd:
                 sent = wait(lambda: int(read_file(self.device() + 'scans')) > 5000, 30)
                 forward_rig.unload_sim()
-            self.assertTrue(sent)
-            self.assertEqual(crowd.strange, [])
-            self.assertEqual(head_rig.heads(), [])
+            assert sent
+            assert crowd.strange == []
+            assert head_rig.heads() == []
 
 
-def setUpModule():
+def setup_module():
     forward_rig.load()
 
 
-def tearDownModule():
+def teardown_module():
     forward_rig.unload()

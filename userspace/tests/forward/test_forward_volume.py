@@ -10,6 +10,7 @@ import random
 import struct
 import time
 
+import pytest
 import forward_rig
 from forward_rig import ARRANGEMENTS, Case, write_all
 from kernel import write_file
@@ -57,7 +58,7 @@ class Volume(Case):
         repeated, commands = forward.number('repeated'), forward.number('commands')
         received = forward.sim_number('stats', 'scans')
         forward.record(scans + 1)
-        self.assertIsNone(forward.start())
+        assert forward.start() is None
         fd = forward.open()
         for at in range(0, len(data), len(data) // 4):
             write_all(fd, data[at:at + len(data) // 4],
@@ -66,27 +67,27 @@ class Volume(Case):
         forward.stop_and_close(fd)
         got = forward.recorded()
         if got != data:     # not assertEqual(): it would print both
-            self.fail(self.difference(forward, got, data))
+            pytest.fail(self.difference(forward, got, data))
         # what came twice in a row is not in the record, but the head has counted it
         repeated = forward.number('repeated') - repeated
         commands = forward.number('commands') - commands
-        self.assertEqual(forward.sim_number('stats', 'scans') - received, scans + repeated)
-        self.assertEqual(forward.number('scans') - sent, scans + repeated + commands)
+        assert forward.sim_number('stats', 'scans') - received == scans + repeated
+        assert forward.number('scans') - sent == scans + repeated + commands
         return commands
 
     def check(self, lines, framing, cs_word, bits, scans):
         forward = self.forward(lines, framing, cs_word)
-        self.assertIsNone(forward.set('frame_bits', bits))
+        assert forward.set('frame_bits', bits) is None
         dice = random.Random('%d %s %d %d' % (lines, framing, cs_word, bits))
         began, commands, done = time.monotonic(), 0, 0
         while done < scans:
             part = min(ROUND, scans - done)
             commands += self.one_round(forward, dice, bits, part)
             done += part
-        self.assertEqual(forward.bad_frames(), [])
-        self.assertEqual(forward.sim_number('stats', 'commands'), commands)
-        self.assertGreater(commands, 0)
-        self.assertEqual(forward.number('bus_errors'), 0)
+        assert forward.bad_frames() == []
+        assert forward.sim_number('stats', 'commands') == commands
+        assert commands > 0
+        assert forward.number('bus_errors') == 0
         print('    %d scans and %d commands, %d scans repeated, %.0f s'
               % (scans, commands, forward.number('repeated'), time.monotonic() - began))
 
@@ -103,9 +104,9 @@ for _lines, _framing, _cs_word in ARRANGEMENTS:
         setattr(Volume, _name, volume_case(_lines, _framing, _cs_word, _bits))
 
 
-def setUpModule():
+def setup_module():
     forward_rig.load()
 
 
-def tearDownModule():
+def teardown_module():
     forward_rig.unload()

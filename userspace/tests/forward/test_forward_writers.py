@@ -11,6 +11,7 @@ import struct
 import threading
 import time
 
+import pytest
 import forward_rig
 import head_rig
 import kernel
@@ -48,43 +49,43 @@ class Writer(threading.Thread):
         self.written += os.write(self.fd, self.piece)
 
 
-class Waiting(Case):
+class TestWaiting(Case):
     def check_record(self, forward, count):
         got, want = forward.recorded(), scans(1, count)
-        self.assertEqual(len(got) // 12, count)
-        self.assertTrue(got == want)
+        assert len(got) // 12 == count
+        assert got == want
 
     def test_nobody_waits(self):
         """A write that finds no room takes nothing; what was taken is sent."""
         forward = self.forward(4, 'line', more=SLOW)
         forward.record(100000)
         forward.set('sampling_frequency', 20000)
-        self.assertIsNone(forward.start(length=1024))
+        assert forward.start(length=1024) is None
         fd = forward.open(os.O_NONBLOCK)
         taken = refused = 0
         while taken < 20000:
             try:
                 written = os.write(fd, scans(taken + 1, 100))
-                self.assertEqual(written % 12, 0)
+                assert written % 12 == 0
                 taken += written // 12
             except BlockingIOError:
                 refused += 1
-                self.assertEqual(polled(fd, select.POLLOUT, 10), select.POLLOUT)
+                assert polled(fd, select.POLLOUT, 10) == select.POLLOUT
         forward.stop_and_close(fd)
-        self.assertGreater(refused, 5)
+        assert refused > 5
         self.check_record(forward, taken)
 
     def test_no_room_no_event(self):
         forward = self.forward(4, 'line', more=SLOW)
         forward.set('sampling_frequency', 400)      # a block takes more than half a second
-        self.assertIsNone(forward.start(length=1024))
+        assert forward.start(length=1024) is None
         fd = forward.open(os.O_NONBLOCK)
-        self.assertEqual(polled(fd, select.POLLOUT, 0), select.POLLOUT)
-        with self.assertRaises(BlockingIOError):
+        assert polled(fd, select.POLLOUT, 0) == select.POLLOUT
+        with pytest.raises(BlockingIOError):
             while True:
                 os.write(fd, bytes(12 * 256))
-        self.assertEqual(polled(fd, select.POLLOUT, 0), 0)
-        self.assertEqual(polled(fd, select.POLLOUT, 30), select.POLLOUT)
+        assert polled(fd, select.POLLOUT, 0) == 0
+        assert polled(fd, select.POLLOUT, 30) == select.POLLOUT
         os.close(fd)
 
     def test_all_that_was_written_is_sent(self):
@@ -92,21 +93,21 @@ class Waiting(Case):
         forward = self.forward(4, 'line', more=SLOW)
         for count in (1, 2, 255, 256, 257, 1023, 1024, 5000):
             forward.record(10000)
-            self.assertIsNone(forward.start(length=1024))
+            assert forward.start(length=1024) is None
             fd = forward.open()
-            self.assertEqual(os.write(fd, scans(1, count)), 12 * count)
+            assert os.write(fd, scans(1, count)) == 12 * count
             forward.stop_and_close(fd)
             self.check_record(forward, count)
-            self.assertEqual(forward.x_of('positions'), str(count))
+            assert forward.x_of('positions') == str(count)
 
     def test_a_part_of_a_scan(self):
         """Who is told that it was wrong may write it all again: nothing has been sent."""
         forward = self.forward(4, 'line')
         forward.record(1000)
-        self.assertIsNone(forward.start())
+        assert forward.start() is None
         fd = forward.open()
-        self.assertEqual(head_rig.error_name(os.write, fd, scans(1, 300) + b'more'), 'EINVAL')
-        self.assertEqual(os.write(fd, scans(1, 300)), 12 * 300)
+        assert head_rig.error_name(os.write, fd, scans(1, 300) + b'more') == 'EINVAL'
+        assert os.write(fd, scans(1, 300)) == 12 * 300
         forward.stop_and_close(fd)
         self.check_record(forward, 300)
 
@@ -116,33 +117,33 @@ class Waiting(Case):
         forward.record(100000)
         caught = []
         before = signal.signal(signal.SIGALRM, lambda *_: caught.append(True))
-        self.addCleanup(signal.signal, signal.SIGALRM, before)
-        self.assertIsNone(forward.start(length=4096))
+        self.add_cleanup(signal.signal, signal.SIGALRM, before)
+        assert forward.start(length=4096) is None
         fd = forward.open()
         signal.setitimer(signal.ITIMER_REAL, 0.003, 0.003)
         try:
             for first in range(1, 60001, 1500):
-                self.assertEqual(os.write(fd, scans(first, 1500)), 12 * 1500)
+                assert os.write(fd, scans(first, 1500)) == 12 * 1500
         finally:
             signal.setitimer(signal.ITIMER_REAL, 0)
         forward.stop_and_close(fd)
-        self.assertGreater(len(caught), 20)
+        assert len(caught) > 20
         self.check_record(forward, 60000)
 
 
-class CutOff(Case):
+class TestCutOff(Case):
     def blocked(self, forward):
         """-> (fd, a thread that waits in write())"""
-        self.assertIsNone(forward.start(length=1024))
+        assert forward.start(length=1024) is None
         fd = forward.open()
-        self.addCleanup(os.close, fd)
+        self.add_cleanup(os.close, fd)
         writer = Writer(fd, bytes(12 * 4000))
-        self.assertTrue(wait(lambda: writer.written > 12 * 20000))
+        assert wait(lambda: writer.written > 12 * 20000)
         return writer
 
     def returned(self, writer):
         writer.join(20)
-        self.assertFalse(writer.is_alive(), 'write() does not return')
+        assert not writer.is_alive(), 'write() does not return'
         return writer.error
 
     def test_unbind(self):
@@ -151,40 +152,40 @@ class CutOff(Case):
             writer = self.blocked(forward)
             forward.unbind()
             # EINVAL: it has seen the end of the stream before the end of the device
-            self.assertIn(self.returned(writer), ('ENODEV', 'EINVAL'))
+            assert self.returned(writer) in ('ENODEV', 'EINVAL')
             forward.bind()
             forward.find()
 
     def test_disabled(self):
         forward = self.forward(4, 'line', more=SLOW)
         writer = self.blocked(forward)
-        self.assertIsNone(forward.stop())
-        self.assertEqual(self.returned(writer), 'EINVAL')
+        assert forward.stop() is None
+        assert self.returned(writer) == 'EINVAL'
 
     def test_controller(self):
         forward = self.forward(4, 'line', more=SLOW)
         writer = self.blocked(forward)
         forward.set_sim('faults/spi_error_in', 1)
-        self.assertEqual(self.returned(writer), 'EIO')
-        self.assertIsNone(forward.stop())
+        assert self.returned(writer) == 'EIO'
+        assert forward.stop() is None
 
     def test_killed(self):
         """The device can be opened by one at a time: the next one can, and finds it in order."""
         forward = self.forward(4, 'line', more=SLOW)
-        self.assertIsNone(forward.start(length=1024))
+        assert forward.start(length=1024) is None
         for round_ in range(1, 6):
             child = os.fork()
             if not child:
                 fd = forward.open()
                 while True:
                     os.write(fd, scans(round_, 1) * 4000)
-            self.assertTrue(wait(lambda: forward.x_of('positions') == str(round_)))
+            assert wait(lambda: forward.x_of('positions') == str(round_))
             os.kill(child, signal.SIGKILL)
-            self.assertEqual(os.waitpid(child, 0), (child, signal.SIGKILL))
+            assert os.waitpid(child, 0) == (child, signal.SIGKILL)
         fd = forward.open()
-        self.assertEqual(os.write(fd, scans(777, 1)), 12)
+        assert os.write(fd, scans(777, 1)) == 12
         forward.stop_and_close(fd)
-        self.assertEqual(forward.x_of('positions'), '777')
+        assert forward.x_of('positions') == '777'
 
     def test_module_goes_before_the_buffer_is_closed(self):
         """A descriptor of the buffer itself does not hold the module."""
@@ -194,18 +195,18 @@ class CutOff(Case):
         fcntl.ioctl(device, IIO_BUFFER_GET_FD, number)
         fd = struct.unpack('i', number)[0]
         os.close(device)
-        self.assertIsNone(forward.start())
-        self.assertEqual(os.write(fd, scans(1, 10)), 120)
+        assert forward.start() is None
+        assert os.write(fd, scans(1, 10)) == 120
         kernel.unload_module('xy3_spi')
-        self.assertEqual(head_rig.error_name(os.write, fd, bytes(12)), 'ENODEV')
-        self.assertEqual(polled(fd, select.POLLOUT, 0), 0)
+        assert head_rig.error_name(os.write, fd, bytes(12)) == 'ENODEV'
+        assert polled(fd, select.POLLOUT, 0) == 0
         os.close(fd)
         forward_rig.load_driver()
         forward.find()
-        self.assertIsNone(forward.set('out_angl0_raw', 5))
+        assert forward.set('out_angl0_raw', 5) is None
 
 
-class TwoHeads(Case):
+class TestTwoHeads(Case):
     def test_streams(self):
         """Each gets its own scans, whoever else writes."""
         self.sim(4, 'line', more='heads=2')
@@ -213,7 +214,7 @@ class TwoHeads(Case):
         fds = []
         for forward in both:
             forward.record(30000)
-            self.assertIsNone(forward.start())
+            assert forward.start() is None
             fds.append(forward.open())
         for part in range(20):
             for number, fd in enumerate(fds):
@@ -221,36 +222,36 @@ class TwoHeads(Case):
             write_file(both[part % 2].head + 'calibrate', 'x')
         for number, (forward, fd) in enumerate(zip(both, fds)):
             forward.stop_and_close(fd)
-            self.assertTrue(forward.recorded() == scans(1 + number * 100000, 20000))
-            self.assertEqual(forward.sim_number('stats', 'commands'), 10)
-            self.assertEqual(forward.bad_frames(), [])
+            assert forward.recorded() == scans(1 + number * 100000, 20000)
+            assert forward.sim_number('stats', 'commands') == 10
+            assert forward.bad_frames() == []
 
     def test_one_goes(self):
         self.sim(4, 'line', more='heads=2')
         one, other = Forward(0), Forward(1)
-        self.assertIsNone(other.start())
+        assert other.start() is None
         fd = other.open()
         other.record(1000)
         os.write(fd, scans(1, 300))
         one.unbind()
-        self.assertEqual(head_rig.heads(), ['xy3-1'])
+        assert head_rig.heads() == ['xy3-1']
         os.write(fd, scans(301, 300))
         other.stop_and_close(fd)
-        self.assertTrue(other.recorded() == scans(1, 600))
+        assert other.recorded() == scans(1, 600)
         one.bind()
-        self.assertEqual(head_rig.heads(), ['xy3-0', 'xy3-1'])
+        assert head_rig.heads() == ['xy3-0', 'xy3-1']
 
 
-class Rates(Case):
+class TestRates(Case):
     def in_sync(self, forward):
         return wait(lambda: read_file(forward.head + 'in_sync') == '1\n')
 
     def test_while_a_stream_runs(self):
         """All of the five, several times, and the scans do not suffer."""
         forward = self.forward(4, 'line')
-        self.assertTrue(forward.attach())
+        assert forward.attach()
         forward.record(100000)
-        self.assertIsNone(forward.start())
+        assert forward.start() is None
         fd = forward.open()
         first, commands = 1, 0
         for rate in (57600, 921600, 115200, 230400, 460800) * 3:
@@ -258,20 +259,20 @@ class Rates(Case):
             first += 1000
             write_file(forward.head + 'rate', str(rate))
             commands += 1
-            self.assertEqual(forward.sim('rate'), str(rate))
-            self.assertEqual(read_file(forward.head + 'rate'), '%d\n' % rate)
-            self.assertTrue(self.in_sync(forward), rate)
+            assert forward.sim('rate') == str(rate)
+            assert read_file(forward.head + 'rate') == '%d\n' % rate
+            assert self.in_sync(forward), rate
         forward.stop_and_close(fd)
-        self.assertTrue(forward.recorded() == scans(1, first - 1))
-        self.assertEqual(forward.sim_number('stats', 'commands'), commands)
-        self.assertEqual(forward.bad_frames(), [])
+        assert forward.recorded() == scans(1, first - 1)
+        assert forward.sim_number('stats', 'commands') == commands
+        assert forward.bad_frames() == []
 
     def still(self, forward, rate, error):
         """The rate cannot be changed, and all is as before."""
-        self.assertEqual(head_rig.error_name(write_file, forward.head + 'rate', str(rate)), error)
-        self.assertEqual(read_file(forward.head + 'rate'), '115200\n')
-        self.assertEqual(forward.sim('rate'), '115200')
-        self.assertTrue(self.in_sync(forward))
+        assert head_rig.error_name(write_file, forward.head + 'rate', str(rate)) == error
+        assert read_file(forward.head + 'rate') == '115200\n'
+        assert forward.sim('rate') == '115200'
+        assert self.in_sync(forward)
 
     def not_understood(self, forward):
         """The next command arrives with a wrong bit."""
@@ -281,46 +282,46 @@ class Rates(Case):
 
     def test_a_head_that_has_not_understood(self):
         forward = self.forward(4, 'line')
-        self.assertTrue(forward.attach())
+        assert forward.attach()
         self.not_understood(forward)
         self.still(forward, 230400, 'ETIMEDOUT')
         write_file(forward.head + 'rate', '230400')
-        self.assertEqual(forward.sim('rate'), '230400')
+        assert forward.sim('rate') == '230400'
 
     def test_a_head_that_is_silent(self):
         """It obeys, but is not heard: it is sent back."""
         forward = self.forward(4, 'line')
-        self.assertTrue(forward.attach())
+        assert forward.attach()
         forward.set_sim('faults/uart_silence', 1 << 30)
         began = time.monotonic()
-        self.assertEqual(head_rig.error_name(write_file, forward.head + 'rate', '57600'),
-                         'ETIMEDOUT')
-        self.assertLess(time.monotonic() - began, 60)
+        assert head_rig.error_name(write_file, forward.head + 'rate', '57600') == \
+                         'ETIMEDOUT'
+        assert time.monotonic() - began < 60
         forward.set_sim('faults/uart_silence', 0)
         codes = [code for code, *_ in forward.commands()]
-        self.assertEqual(len(codes), 2)
+        assert len(codes) == 2
         self.still(forward, 1200, 'EINVAL')
 
     def test_by_the_tty(self):
         forward = self.forward(4, 'line')
-        self.assertTrue(forward.attach())
+        assert forward.attach()
         self.not_understood(forward)
         head_rig.run('stty', '-F', '/dev/xy3-0', '460800')
-        self.assertEqual(head_rig.run('stty', '-F', '/dev/xy3-0', 'speed'), (0, '115200\n'))
-        self.assertEqual(head_rig.run('stty', '-F', '/dev/xy3-0', '460800'), (0, ''))
-        self.assertEqual(head_rig.run('stty', '-F', '/dev/xy3-0', 'speed'), (0, '460800\n'))
+        assert head_rig.run('stty', '-F', '/dev/xy3-0', 'speed') == (0, '115200\n')
+        assert head_rig.run('stty', '-F', '/dev/xy3-0', '460800') == (0, '')
+        assert head_rig.run('stty', '-F', '/dev/xy3-0', 'speed') == (0, '460800\n')
 
     def test_controller_error(self):
         """The command could not be sent: the UART is not moved."""
         forward = self.forward(4, 'line')
-        self.assertTrue(forward.attach())
+        assert forward.attach()
         forward.set_sim('faults/spi_error_in', 1)
         self.still(forward, 921600, 'EIO')
 
 
-def setUpModule():
+def setup_module():
     forward_rig.load()
 
 
-def tearDownModule():
+def teardown_module():
     forward_rig.unload()

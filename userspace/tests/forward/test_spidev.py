@@ -11,7 +11,8 @@ import fcntl
 import os
 import random
 import struct
-import unittest
+import pytest
+import case
 
 import head_rig
 import kernel
@@ -89,22 +90,22 @@ class Spidev:
         return library.xy3_spidev_block(self.handle)
 
 
-class Case(unittest.TestCase):
+class Case(case.Case):
     maxDiff = 1000
 
     def head(self, lines=1, framing='cs', more=''):
         """A virtual head; -> the path of its spidev"""
         kernel.load_module(SIM, 'modalias=spidev lines=%d framing=%s %s' % (lines, framing, more))
-        self.addCleanup(unload, 'xy3_sim')
+        self.add_cleanup(unload, 'xy3_sim')
         self.spi = self.sim('devices')['spi']
         path = '/dev/' + self.sim('devices')['spidev']
-        self.assertTrue(wait(lambda: os.path.exists(path)), path)
+        assert wait(lambda: os.path.exists(path)), path
         write_file(DEBUGFS + 'record', '100000')
         return path
 
     def spidev(self, *arguments, **keywords):
         spidev = Spidev(*arguments, **keywords)
-        self.addCleanup(spidev.close)
+        self.add_cleanup(spidev.close)
         return spidev
 
     def reload_spidev(self, parameters):
@@ -120,24 +121,26 @@ class Case(unittest.TestCase):
         return [tuple(chance.randint(0, spidev.code_max) for _ in range(spidev.axes))
                 for _ in range(count)]
 
-    def assertReceived(self, scans):
+    def assert_received(self, scans):
         """Exactly these, in this order, and nothing that was bad"""
-        self.assertEqual(int(self.sim('stats')['scans']), len(scans))
+        assert int(self.sim('stats')['scans']) == len(scans)
         received = read_file(DEBUGFS + 'record').splitlines()
-        self.assertEqual(received, [' '.join(map(str, scan)) for scan in scans])
+        assert received == [' '.join(map(str, scan)) for scan in scans]
         for name in ('parity_errors', 'length_errors', 'mode_errors'):
-            self.assertEqual(set(self.sim(name).values()), {'0'}, name)
+            assert set(self.sim(name).values()) == {'0'}, name
         for name in ('unknown_commands', 'short_gaps', 'stray_clocks'):
-            self.assertEqual(self.sim('stats')[name], '0', name)
+            assert self.sim('stats')[name] == '0', name
 
-    def assertError(self, code, function, *arguments, **keywords):
-        with self.assertRaises(OSError) as caught:
+    def assert_error(self, code, function, *arguments, **keywords):
+        with pytest.raises(OSError) as caught:
             function(*arguments, **keywords)
-        self.assertEqual(caught.exception.errno, getattr(errno, code), caught.exception)
+        assert caught.value.errno == getattr(errno, code), caught.value
 
 
-class ClosedLoop(Case):
-    def check(self, lines, framing, signals, bits):
+class TestClosedLoop(Case):
+    @pytest.mark.parametrize('bits', (24, 32))
+    @pytest.mark.parametrize('lines, framing, signals', ARRANGEMENTS)
+    def test_every_scan(self, lines, framing, signals, bits):
         path = self.head(lines, framing, 'signals=' + signals.replace(' ', ',') if signals else '')
         spidev = self.spidev(path, lines, signals, bits)
         chance = random.Random(lines * 100 + bits)
@@ -145,63 +148,51 @@ class ClosedLoop(Case):
         done = 0
         while done < len(scans):
             part = scans[done:done + chance.choice((1, 2, 100, 511, 512, 1500))]
-            self.assertEqual(spidev.write(part), len(part))
+            assert spidev.write(part) == len(part)
             done += len(part)
-        self.assertReceived(scans)
+        self.assert_received(scans)
         bus = self.sim('bus')
-        self.assertEqual(int(bus['transfers']), int(bus['messages']) if framing == 'line' else 3000)
-        self.assertLess(int(bus['messages']), 1000)
+        assert int(bus['transfers']) == (int(bus['messages']) if framing == 'line' else 3000)
+        assert int(bus['messages']) < 1000
 
     def test_commands_between_scans(self):
         path = self.head(4, 'line')
         spidev = self.spidev(path, 4, 'sync x y z')
         scans = self.scans(spidev, 1000)
         for n in range(10):
-            self.assertEqual(spidev.write(scans[n * 100:n * 100 + 100]), 100)
+            assert spidev.write(scans[n * 100:n * 100 + 100]) == 100
             spidev.command((REFERENCE if n % 2 else CALIBRATE) | n)
-        self.assertReceived(scans)
+        self.assert_received(scans)
         commands = [line.split()[:2] for line in read_file(DEBUGFS + 'commands').splitlines()]
-        self.assertEqual(commands, [['%d' % (n * 100 + 100),
+        assert commands == [['%d' % (n * 100 + 100),
                                      '%05x' % ((REFERENCE if n % 2 else CALIBRATE) | n)]
-                                    for n in range(10)])
-        self.assertError('ERANGE', spidev.command, 1 << 20)
+                                    for n in range(10)]
+        self.assert_error('ERANGE', spidev.command, 1 << 20)
 
     def test_repeat(self):
         spidev = self.spidev(self.head(2, 'cs'), 2)
-        self.assertError('ENODATA', spidev.repeat, 1)
+        self.assert_error('ENODATA', spidev.repeat, 1)
         spidev.write([(1, 2), (3, 4)])
         spidev.command(CALIBRATE)
-        self.assertEqual(spidev.repeat(1200), 1200)
-        self.assertReceived([(1, 2)] + [(3, 4)] * 1201)
+        assert spidev.repeat(1200) == 1200
+        self.assert_received([(1, 2)] + [(3, 4)] * 1201)
 
     def test_code_out_of_range(self):
         spidev = self.spidev(self.head(2, 'cs'), 2)
-        self.assertError('ERANGE', spidev.write, [(1, 2), (3, 1 << 20)])
-        self.assertReceived([])
+        self.assert_error('ERANGE', spidev.write, [(1, 2), (3, 1 << 20)])
+        self.assert_received([])
 
     def test_rate(self):
         path = self.head(4, 'line', 'max_speed_hz=2600000')
-        self.assertError('ERANGE', Spidev, path, 4, 'sync x y z', rate=100001)
-        self.assertError('ERANGE', Spidev, path, 4, 'sync x y z', bits=32, rate=100000)
+        self.assert_error('ERANGE', Spidev, path, 4, 'sync x y z', rate=100001)
+        self.assert_error('ERANGE', Spidev, path, 4, 'sync x y z', bits=32, rate=100000)
         spidev = self.spidev(path, 4, 'sync x y z', rate=100000)
         spidev.write(self.scans(spidev, 1000))
         # a frame each 10 us
-        self.assertEqual(int(self.sim('bus')['busy_ns']), 1000 * 10000)
+        assert int(self.sim('bus')['busy_ns']) == 1000 * 10000
 
 
-def closed_loop_case(*arguments):
-    def test(self):
-        self.check(*arguments)
-    return test
-
-
-for _lines, _framing, _signals in ARRANGEMENTS:
-    for _bits in (24, 32):
-        setattr(ClosedLoop, 'test_%d_lines_%s_%d_bits' % (_lines, _framing, _bits),
-                closed_loop_case(_lines, _framing, _signals, _bits))
-
-
-class Mode(Case):
+class TestMode(Case):
     def mode(self, path, new=None):
         """-> the mode that the device has; new: sets one"""
         fd = os.open(path, os.O_RDWR)
@@ -214,102 +205,102 @@ class Mode(Case):
 
     def test_controller_without_so_many_lines(self):
         path = self.head(2, 'cs', 'signals=x,y')
-        self.assertEqual(self.mode(path, SPI_MODE_3), SPI_MODE_3)
-        self.assertError('EOPNOTSUPP', Spidev, path, 4, 'sync x y z')
-        self.assertError('EOPNOTSUPP', Spidev, path, 8)
-        self.assertEqual(self.mode(path), SPI_MODE_3)       # as if nobody had tried
-        self.assertReceived([])
+        assert self.mode(path, SPI_MODE_3) == SPI_MODE_3
+        self.assert_error('EOPNOTSUPP', Spidev, path, 4, 'sync x y z')
+        self.assert_error('EOPNOTSUPP', Spidev, path, 8)
+        assert self.mode(path) == SPI_MODE_3       # as if nobody had tried
+        self.assert_received([])
         spidev = self.spidev(path, 2)
         spidev.write([(5, 6)])
-        self.assertReceived([(5, 6)])
+        self.assert_received([(5, 6)])
 
     def test_wrong_mode(self):
         path = self.head(4, 'cs')
         self.mode(path, SPI_MODE_3)
         spidev = self.spidev(path, 4)
-        self.assertEqual(self.mode(path), SPI_MODE_1 | SPI_TX_QUAD)
+        assert self.mode(path) == SPI_MODE_1 | SPI_TX_QUAD
         spidev.write([(1, 2, 3, 4)])
-        self.assertReceived([(1, 2, 3, 4)])
+        self.assert_received([(1, 2, 3, 4)])
         # the head does notice
         self.mode(path, SPI_MODE_3 | SPI_TX_QUAD)
         spidev.write([(5, 6, 7, 8)])
-        self.assertEqual(set(self.sim('mode_errors').values()), {'1'})
+        assert set(self.sim('mode_errors').values()) == {'1'}
 
     def test_no_spidev(self):
-        self.assertError('ENOTTY', Spidev, '/dev/null')
-        self.assertError('ENOENT', Spidev, '/dev/spidev99.9')
+        self.assert_error('ENOTTY', Spidev, '/dev/null')
+        self.assert_error('ENOENT', Spidev, '/dev/spidev99.9')
 
 
-class Limits(Case):
+class TestLimits(Case):
     def with_bufsiz(self, size, lines, framing, signals, count):
         """-> the device, when it has sent some scans through spidev with another bufsiz"""
         self.reload_spidev('bufsiz=%d' % size)
-        self.addCleanup(self.reload_spidev, '')
+        self.add_cleanup(self.reload_spidev, '')
         spidev = self.spidev(self.head(lines, framing), lines, signals)
         scans = self.scans(spidev, count)
-        self.assertEqual(spidev.write(scans), count)
-        self.assertReceived(scans)
+        assert spidev.write(scans) == count
+        self.assert_received(scans)
         return spidev
 
     def test_large_bufsiz(self):
         self.with_bufsiz(65536, 4, 'line', 'sync x y z', 10000)
-        self.assertEqual(int(self.sim('bus')['messages']), 2)
+        assert int(self.sim('bus')['messages']) == 2
 
     def test_small_bufsiz(self):
         spidev = self.with_bufsiz(32, 4, 'line', 'sync x y z', 99)
-        self.assertEqual(spidev.block(), 2)
+        assert spidev.block() == 2
         spidev.command(CALIBRATE)
-        self.assertEqual(self.sim('stats')['commands'], '1')
+        assert self.sim('stats')['commands'] == '1'
 
     def test_small_bufsiz_for_many_transfers(self):
         # each transfer is rounded up: fewer scans than bytes would let one think
         spidev = self.with_bufsiz(64, 1, 'cs', None, 99)
-        self.assertEqual(int(self.sim('bus')['transfers']), 99)
-        self.assertGreaterEqual(spidev.block(), 4)
+        assert int(self.sim('bus')['transfers']) == 99
+        assert spidev.block() >= 4
 
     def test_not_one_scan_fits(self):
         self.reload_spidev('bufsiz=8')
-        self.addCleanup(self.reload_spidev, '')
+        self.add_cleanup(self.reload_spidev, '')
         spidev = self.spidev(self.head(4, 'line'), 4, 'sync x y z')
-        self.assertError('EMSGSIZE', spidev.write, [(1, 2, 3)] * 5)
-        self.assertError('EMSGSIZE', spidev.command, CALIBRATE)
-        self.assertReceived([])
+        self.assert_error('EMSGSIZE', spidev.write, [(1, 2, 3)] * 5)
+        self.assert_error('EMSGSIZE', spidev.command, CALIBRATE)
+        self.assert_received([])
 
     def test_controller_with_short_transfers(self):
         spidev = self.spidev(self.head(4, 'line', 'max_transfer=100'), 4, 'sync x y z')
         scans = self.scans(spidev, 1000)
-        self.assertEqual(spidev.write(scans), 1000)
-        self.assertReceived(scans)
+        assert spidev.write(scans) == 1000
+        self.assert_received(scans)
         # the SPI core has cut messages into transfers that the controller takes
-        self.assertGreaterEqual(int(self.sim('bus')['transfers']), 1000 * 13 // 100)
+        assert int(self.sim('bus')['transfers']) >= 1000 * 13 // 100
 
 
-class Errors(Case):
+class TestErrors(Case):
     def test_controller_error(self):
         spidev = self.spidev(self.head(4, 'line'), 4, 'sync x y z')
         scans = self.scans(spidev, 1000)
         write_file(DEBUGFS + 'faults/spi_error_in', '3')
         sent = spidev.write(scans)
-        self.assertEqual(sent, 2 * spidev.block())
+        assert sent == 2 * spidev.block()
         write_file(DEBUGFS + 'faults/spi_error_in', '1')
-        self.assertError('EIO', spidev.write, scans[sent:])
-        self.assertReceived(scans[:sent])
-        self.assertEqual(spidev.write(scans[sent:]), 1000 - sent)
-        self.assertReceived(scans)
+        self.assert_error('EIO', spidev.write, scans[sent:])
+        self.assert_received(scans[:sent])
+        assert spidev.write(scans[sent:]) == 1000 - sent
+        self.assert_received(scans)
 
     def test_device_goes(self):
         spidev = self.spidev(self.head(1, 'cs'))
-        self.assertEqual(spidev.write([(7,)]), 1)
+        assert spidev.write([(7,)]) == 1
         write_file('/sys/bus/spi/drivers/spidev/unbind', self.spi)
-        self.assertError('ESHUTDOWN', spidev.write, [(8,)])
-        self.assertError('ESHUTDOWN', spidev.repeat, 1)
-        self.assertError('ESHUTDOWN', spidev.command, CALIBRATE)
-        self.assertReceived([(7,)])
+        self.assert_error('ESHUTDOWN', spidev.write, [(8,)])
+        self.assert_error('ESHUTDOWN', spidev.repeat, 1)
+        self.assert_error('ESHUTDOWN', spidev.command, CALIBRATE)
+        self.assert_received([(7,)])
 
 
-def setUpModule():
+def setup_module():
     kernel.load_module(os.environ['SPIDEV_MODULE'])
 
 
-def tearDownModule():
+def teardown_module():
     unload('spidev')

@@ -8,6 +8,7 @@ before.
 
 import os
 
+import pytest
 import head_rig
 import kernel
 from failslab import FAILSLAB, function_range, module_range, setup_failslab, walk
@@ -16,9 +17,9 @@ from kernel import read_file, write_file
 from xy3_head_sim import wire
 
 
-class Walk(Case):
-    def setUp(self):
-        super().setUp()
+class TestWalk(Case):
+    def set_up(self):
+        super().set_up()
         setup_failslab()
 
     def report(self, what, count, outcomes):
@@ -29,10 +30,10 @@ class Walk(Case):
         """All of it, with memory."""
         reader = head.open()
         head.send(head_rig.GOOD + wire.vendor('ACME') + wire.temperatures([2500]))
-        self.assertEqual(reader.take(18), head_rig.GOOD + wire.vendor('ACME') +
-                         wire.temperatures([2500]))
-        self.assertEqual(head.get('vendor'), 'ACME')
-        self.assertTrue(wait(lambda: head.hwmon().get('temp1_input') == '25000'))
+        assert reader.take(18) == head_rig.GOOD + wire.vendor('ACME') + \
+                         wire.temperatures([2500])
+        assert head.get('vendor') == 'ACME'
+        assert wait(lambda: head.hwmon().get('temp1_input') == '25000')
         reader.close()
 
     def test_attach(self):
@@ -40,31 +41,31 @@ class Walk(Case):
         attached = []
 
         def after(failure):
-            self.assertEqual(len(heads()), int(failure is None), failure)
-            self.assertEqual(os.path.exists('/dev/xy3-0'), failure is None)
+            assert len(heads()) == int(failure is None), failure
+            assert os.path.exists('/dev/xy3-0') == (failure is None)
             if failure is None:
                 attached.append(True)
                 set_ldisc(uart.slave, N_TTY)
             else:                               # still the tty that it was
                 os.write(uart.slave, b'x')
-                self.assertEqual(os.read(uart.master, 9), b'x')
+                assert os.read(uart.master, 9) == b'x'
 
         count, outcomes = walk(lambda: set_ldisc(uart.slave, LDISC), after)
         self.report('attach', count, outcomes)
-        self.assertGreater(count, 100)
-        self.assertGreater(outcomes.get('ENOMEM', 0), 50)
-        self.assertTrue(attached)
+        assert count > 100
+        assert outcomes.get('ENOMEM', 0) > 50
+        assert attached
         self.works(self.attach(uart))
 
     def test_detach(self):
         """Going away must not need memory."""
         head = self.synced()
         head.send(wire.temperatures([2500]))
-        self.assertTrue(wait(head.hwmon))
+        assert wait(head.hwmon)
 
         def after(failure):
-            self.assertIsNone(failure)
-            self.assertTrue(head.gone())
+            assert failure is None
+            assert head.gone()
             head.attach()
 
         count, outcomes = walk(head.detach, after)
@@ -83,9 +84,9 @@ class Walk(Case):
             ends.append((head, head.open()))
 
         def after(failure):
-            self.assertIsNone(failure)
+            assert failure is None
             head, reader = ends.pop()
-            self.assertEqual(reader.read(), b'')
+            assert reader.read() == b''
             head.close()
             come()
 
@@ -107,7 +108,7 @@ class Walk(Case):
 
         count, outcomes = walk(attempt, lambda failure: None)
         self.report('open', count, outcomes)
-        self.assertGreater(outcomes.get('ENOMEM', 0), 1)
+        assert outcomes.get('ENOMEM', 0) > 1
         self.works(head)
 
     def test_write_to_the_tty(self):
@@ -124,8 +125,8 @@ class Walk(Case):
 
         count, outcomes = walk(attempt, lambda failure: None)
         self.report('write', count, outcomes)
-        self.assertIn('ENODEV', errors)
-        self.assertLessEqual(errors, {'ENODEV', 'ENOMEM'})
+        assert 'ENODEV' in errors
+        assert errors <= {'ENODEV', 'ENOMEM'}
         self.works(head)
 
     def test_attributes(self):
@@ -138,18 +139,21 @@ class Walk(Case):
             head.set(name, old)
 
             def after(failure, name=name, old=old, new=new):
-                self.assertEqual(head.get(name), old if failure else new)
+                assert head.get(name) == (old if failure else new)
                 head.set(name, old)
 
             path = '%s/%s' % (head.path, name)
             count, outcomes = walk(lambda path=path, new=new: write_file(path, new), after)
             self.report(name, count, outcomes)
             total += count
-        self.assertGreater(total, 3)
+        assert total > 3
         for name in ('vendor', 'errors/head', 'stats/rx_bytes', 'in_sync'):
             good, path = head.get(name), '%s/%s' % (head.path, name)
-            walk(lambda path=path: read_file(path),
-                 lambda failure, name=name, good=good: self.assertEqual(head.get(name), good))
+
+            def still_good(_failure, name=name, good=good):
+                assert head.get(name) == good
+
+            walk(lambda path=path: read_file(path), still_good)
         self.works(head)
 
     def test_insmod(self):
@@ -159,10 +163,10 @@ class Walk(Case):
         head_rig.unload()
 
         def after(failure):
-            self.assertEqual(kernel.is_loaded(head_rig.MODULE), failure is None, failure)
-            self.assertEqual(os.path.isdir(head_rig.CLASS), failure is None)
+            assert kernel.is_loaded(head_rig.MODULE) == (failure is None), failure
+            assert os.path.isdir(head_rig.CLASS) == (failure is None)
             for path in ('/proc/tty/drivers', '/proc/tty/ldiscs'):
-                self.assertEqual('xy3' in read_file(path), failure is None, path)
+                assert ('xy3' in read_file(path)) == (failure is None), path
             if failure is None:
                 head_rig.unload()
 
@@ -170,19 +174,19 @@ class Walk(Case):
         count, outcomes = walk(head_rig.load, after)
         setup_failslab()
         self.report('insmod', count, outcomes)
-        self.assertGreater(count, 20)
-        self.assertGreater(outcomes.get('ENOMEM', 0), 10)
+        assert count > 20
+        assert outcomes.get('ENOMEM', 0) > 10
         head_rig.load()
         self.works(self.attach())
 
 
-class Worker(Case):
+class TestWorker(Case):
     """Allocations beneath the driver's own code fail at random, in whatever thread."""
 
-    def setUp(self):
-        super().setUp()
+    def set_up(self):
+        super().set_up()
         setup_failslab()
-        self.addCleanup(setup_failslab)
+        self.add_cleanup(setup_failslab)
 
     def fail(self, percent):
         setup_failslab(*module_range(head_rig.MODULE))
@@ -194,37 +198,37 @@ class Worker(Case):
         reader = head.open()
         refused = 0
         for number in range(1, 23):
-            self.fail(20)
+            pytest.fail(20)
             sent = (wire.vendor('%03d' % number) + wire.errors([number]) +
                     wire.temperatures([100 * number] * number))
             head.send(sent)
             kernel.wait(lambda: False, 0.15)
             setup_failslab()
-            self.assertEqual(head.get('vendor'), '%03d' % number)
-            self.assertEqual(head.get('errors/head'), wire.error_name(number))
+            assert head.get('vendor') == '%03d' % number
+            assert head.get('errors/head') == wire.error_name(number)
             shown = head.hwmon()
             refused += 'temp%d_input' % number not in shown
-        self.assertGreater(refused, 1)
+        assert refused > 1
         head.send(wire.vendor('news'))
-        self.assertTrue(wait(lambda: 'temp22_input' in head.hwmon()))
-        self.assertEqual(head.hwmon()['temp22_input'], '22000')
+        assert wait(lambda: 'temp22_input' in head.hwmon())
+        assert head.hwmon()['temp22_input'] == '22000'
         # packets that found no memory for the reader are lost whole, and counted
         got = head_rig.split(reader.rest())
-        self.assertEqual(len(got) + head.stat('lost_packets'), 22 * 3 + 1)
-        self.assertEqual(got[-1], wire.vendor('news'))
+        assert len(got) + head.stat('lost_packets') == 22 * 3 + 1
+        assert got[-1] == wire.vendor('news')
 
     def test_packets(self):
         """No memory for the reader at all: everything is counted as lost."""
         head = self.synced()
         reader = head.open()
-        self.fail(100)
+        pytest.fail(100)
         sent = wire.debug('x' * 200) * 500
         head.send(sent)
         setup_failslab()
         lost = head.stat('lost_packets')
-        self.assertGreater(lost, 400)
+        assert lost > 400
         got = head_rig.split(reader.rest())
-        self.assertEqual(len(got) + lost, 500)
-        self.assertEqual(head.stat('rx_packets'), 502)
+        assert len(got) + lost == 500
+        assert head.stat('rx_packets') == 502
         head.send(wire.debug('again'))
-        self.assertEqual(reader.rest(), wire.debug('again'))
+        assert reader.rest() == wire.debug('again')

@@ -11,6 +11,7 @@ import termios
 import threading
 import time
 
+from case import row
 import head_rig
 import kernel
 from acm_cable import AcmCable
@@ -51,21 +52,21 @@ def in_child(call):
     return result or None
 
 
-class Attach(Case):
+class TestAttach(Case):
     def test_and_detach(self):
         for _ in range(3):
             head = self.attach()
-            self.assertEqual(heads(), ['xy3-0'])
+            assert heads() == ['xy3-0']
             head.sync()
             head.detach()
-            self.assertTrue(head.gone())
-            self.assertEqual(heads(), [])
+            assert head.gone()
+            assert heads() == []
 
     def test_close_of_the_uart(self):
         """On USB: the slave of a pty stays as it is while the master is open."""
         head = self.attach(self.closing(AcmCable())).sync()
         head.uart.close_slave()
-        self.assertTrue(head.gone())
+        assert head.gone()
 
     def test_capability(self):
         uart = self.closing(Pty())
@@ -74,98 +75,98 @@ class Attach(Case):
             drop_capability(CAP_SYS_ADMIN)
             set_ldisc(uart.slave, LDISC)
 
-        self.assertEqual(in_child(without), 'EPERM')
-        self.assertEqual(heads(), [])
+        assert in_child(without) == 'EPERM'
+        assert heads() == []
         # the benign control: the same child with all its capabilities
-        self.assertIsNone(in_child(lambda: set_ldisc(uart.slave, LDISC)))
-        self.assertEqual(heads(), ['xy3-0'])
+        assert in_child(lambda: set_ldisc(uart.slave, LDISC)) is None
+        assert heads() == ['xy3-0']
 
     def test_not_on_our_own_tty(self):
         head = self.synced()
         reader = head.open(os.O_RDWR)
-        self.assertEqual(error_name(set_ldisc, reader.fd, LDISC), 'EINVAL')
+        assert error_name(set_ldisc, reader.fd, LDISC) == 'EINVAL'
         head.send(wire.vendor('ACME'))
-        self.assertEqual(reader.rest(), wire.vendor('ACME'))
-        self.assertEqual(heads(), ['xy3-0'])
+        assert reader.rest() == wire.vendor('ACME')
+        assert heads() == ['xy3-0']
 
     def test_twice_on_the_same_tty(self):
         head = self.synced()
         set_ldisc(head.uart.slave, LDISC)
-        self.assertEqual(heads(), ['xy3-0'])
+        assert heads() == ['xy3-0']
         head.send(wire.vendor('ACME'))
-        self.assertEqual(head.get('vendor'), 'ACME')
+        assert head.get('vendor') == 'ACME'
 
     def test_on_the_master(self):
         """It has no settings that could be changed, and is refused; the slave is not."""
         uart = self.closing(Pty())
-        self.assertEqual(error_name(set_ldisc, uart.master, LDISC), 'EINVAL')
-        self.assertEqual(heads(), [])
+        assert error_name(set_ldisc, uart.master, LDISC) == 'EINVAL'
+        assert heads() == []
         set_ldisc(uart.slave, LDISC)
-        self.assertEqual(heads(), ['xy3-0'])
+        assert heads() == ['xy3-0']
 
     def test_what_came_before(self):
         """What nobody has read yet is not taken for the head's."""
         uart = self.closing(Pty())
         uart.write(head_rig.GOOD)
-        self.assertEqual(polled(uart.slave, select.POLLIN), select.POLLIN)
+        assert polled(uart.slave, select.POLLIN) == select.POLLIN
         head = self.attach(uart)
-        self.assertEqual(head.stat('rx_bytes'), 0)
+        assert head.stat('rx_bytes') == 0
         head.sync()
 
     def test_two(self):
         one, two = self.synced(), self.synced()
-        self.assertEqual(heads(), ['xy3-0', 'xy3-1'])
+        assert heads() == ['xy3-0', 'xy3-1']
         readers = [head.open() for head in (one, two)]
         one.send(wire.vendor('one'))
         two.send(wire.vendor('two'))
-        self.assertEqual([head.get('vendor') for head in (one, two)], ['one', 'two'])
-        self.assertEqual([reader.rest() for reader in readers],
-                         [wire.vendor('one'), wire.vendor('two')])
+        assert [head.get('vendor') for head in (one, two)] == ['one', 'two']
+        assert [reader.rest() for reader in readers] == \
+                         [wire.vendor('one'), wire.vendor('two')]
         one.uart.cut()
-        self.assertTrue(one.gone())
+        assert one.gone()
         two.send(wire.model('still there'))
-        self.assertEqual(readers[1].rest(), wire.model('still there'))
+        assert readers[1].rest() == wire.model('still there')
         third = self.attach()
-        self.assertEqual(third.name, 'xy3-0')       # the lowest number that is free
+        assert third.name == 'xy3-0'       # the lowest number that is free
 
     def test_many(self):
         for number in range(HEADS_MAX):
-            self.assertEqual(self.synced().name, 'xy3-%d' % number)
+            assert self.synced().name == 'xy3-%d' % number
         uart = self.closing(Pty())
-        self.assertEqual(error_name(set_ldisc, uart.slave, LDISC), 'ENOSPC')
-        self.assertEqual(len(heads()), HEADS_MAX)
+        assert error_name(set_ldisc, uart.slave, LDISC) == 'ENOSPC'
+        assert len(heads()) == HEADS_MAX
         os.write(uart.slave, b'a tty as before')
-        self.assertEqual(os.read(uart.master, 99), b'a tty as before')
+        assert os.read(uart.master, 99) == b'a tty as before'
 
     def ldattach(self, uart):
         """Stock util-linux, as the manual says. -> its pid"""
         uart.close_slave()
         subprocess.run(['ldattach', '-s', '115200', '-8', '-n', '-1', str(LDISC), uart.node],
                        check=True, timeout=20)
-        self.assertTrue(wait(heads))
+        assert wait(heads)
         pids = [int(pid) for pid in filter(str.isdigit, os.listdir('/proc'))
                 if read_file('/proc/%s/comm' % pid) == 'ldattach\n']
-        self.assertEqual(len(pids), 1)
-        self.assertEqual(read_file(CLASS + '/xy3-0/rate'), '115200\n')
+        assert len(pids) == 1
+        assert read_file(CLASS + '/xy3-0/rate') == '115200\n'
         uart.write(head_rig.GOOD + wire.vendor('ACME'))
-        self.assertTrue(wait(lambda: read_file(CLASS + '/xy3-0/in_sync') == '1\n'))
-        self.assertEqual(read_file(CLASS + '/xy3-0/vendor'), 'ACME\n')
+        assert wait(lambda: read_file(CLASS + '/xy3-0/in_sync') == '1\n')
+        assert read_file(CLASS + '/xy3-0/vendor') == 'ACME\n'
         return pids[0]
 
     def test_ldattach_ends(self):
         uart = self.closing(AcmCable(9600))
         os.kill(self.ldattach(uart), signal.SIGTERM)
-        self.assertTrue(wait(lambda: not heads()))
+        assert wait(lambda: not heads())
 
     def test_ldattach_and_hangup(self):
         uart = self.closing(Pty(9600))
         pid = self.ldattach(uart)
         uart.cut()
-        self.assertTrue(wait(lambda: not heads()))
+        assert wait(lambda: not heads())
         os.kill(pid, signal.SIGTERM)
 
 
-class Choice(Case):
+class TestChoice(Case):
     def choose(self, text):
         return error_name(write_file, ATTACH, text)
 
@@ -176,40 +177,40 @@ class Choice(Case):
         uart = self.closing(Pty())
         error = error_name(set_ldisc, uart.slave, LDISC)
         os.write(uart.slave, b'x')
-        self.assertEqual(os.read(uart.master, 9), b'x')     # an ordinary tty as before
+        assert os.read(uart.master, 9) == b'x'     # an ordinary tty as before
         return error
 
     def test_show_and_store(self):
-        self.assertEqual(self.chosen(), 'auto\n')
+        assert self.chosen() == 'auto\n'
         for text in ('new', 'xy3-0', 'xy3-31\n', 'auto\n'):
-            self.assertIsNone(self.choose(text))
-            self.assertEqual(self.chosen(), text.strip() + '\n')
+            assert self.choose(text) is None
+            assert self.chosen() == text.strip() + '\n'
         self.choose('new')
         for text in ('\n', 'xy3-', 'xy3-32', 'xy3--1', 'xy3-0x', 'xy4-0', 'newer', '0', 'xy3-1 2'):
-            self.assertEqual(self.choose(text), 'EINVAL', text)
-        self.assertEqual(self.chosen(), 'new\n')
-        self.assertIsNone(self.choose('auto'))
+            assert self.choose(text) == 'EINVAL', text
+        assert self.chosen() == 'new\n'
+        assert self.choose('auto') is None
 
     def test_new(self):
-        self.assertIsNone(self.choose('new'))
-        self.assertEqual(self.attach().name, 'xy3-0')
-        self.assertEqual(self.chosen(), 'auto\n')
+        assert self.choose('new') is None
+        assert self.attach().name == 'xy3-0'
+        assert self.chosen() == 'auto\n'
 
     def test_a_head_that_is_not_there(self):
-        self.assertIsNone(self.choose('xy3-5'))
-        self.assertEqual(self.refused(), 'ENODEV')
-        self.assertEqual(self.chosen(), 'auto\n')           # one use
-        self.assertEqual(self.attach().name, 'xy3-0')
+        assert self.choose('xy3-5') is None
+        assert self.refused() == 'ENODEV'
+        assert self.chosen() == 'auto\n'           # one use
+        assert self.attach().name == 'xy3-0'
 
     def test_a_head_that_has_one(self):
         head = self.synced()
-        self.assertIsNone(self.choose('xy3-0'))
-        self.assertEqual(self.refused(), 'EBUSY')
-        self.assertEqual(self.attach().name, 'xy3-1')
+        assert self.choose('xy3-0') is None
+        assert self.refused() == 'EBUSY'
+        assert self.attach().name == 'xy3-1'
         head.send(wire.vendor('ACME'))
 
 
-class Hangup(Case):
+class TestHangup(Case):
     """The head goes while its tty is open."""
 
     def test_in_the_middle_of_a_packet(self):
@@ -227,30 +228,30 @@ class Hangup(Case):
             thread.start()
         head.send(wire.debug('cut in the middle')[:9])
         time.sleep(0.1)
-        self.assertEqual((got, events), ([], []))
+        assert (got, events) == ([], [])
         head.uart.cut()
         for thread in threads:
             thread.join(10)
-        self.assertEqual(got, [b'', b''])
-        self.assertTrue(events[0] & select.POLLHUP)
+        assert got == [b'', b'']
+        assert events[0] & select.POLLHUP
         for reader in (*readers, poller):
-            self.assertEqual(os.read(reader.fd, 100), b'')
-            self.assertTrue(polled(reader.fd, select.POLLIN) & select.POLLHUP)
-            self.assertEqual(error_name(os.write, reader.fd, b'\x40\0\0'), 'EIO')
-        self.assertTrue(head.gone())
+            assert os.read(reader.fd, 100) == b''
+            assert polled(reader.fd, select.POLLIN) & select.POLLHUP
+            assert error_name(os.write, reader.fd, b'\x40\0\0') == 'EIO'
+        assert head.gone()
 
     def test_by_detach_and_by_close(self):
         for how in ('detach', 'close'):
-            with self.subTest(how):
+            with row(how):
                 head = self.attach(self.closing(AcmCable())).sync()
                 reader = head.open(os.O_RDWR)
                 if how == 'detach':
                     head.detach()
                 else:
                     head.uart.close_slave()
-                self.assertTrue(head.gone())
-                self.assertEqual(reader.read(), b'')
-                self.assertEqual(error_name(os.write, reader.fd, b'\x40\0\0'), 'EIO')
+                assert head.gone()
+                assert reader.read() == b''
+                assert error_name(os.write, reader.fd, b'\x40\0\0') == 'EIO'
                 head.uart.close()
 
     def test_of_the_tty_alone(self):
@@ -258,33 +259,33 @@ class Hangup(Case):
         head = self.synced()
         reader = head.open()
         fcntl.ioctl(reader.fd, TIOCVHANGUP)
-        self.assertEqual(reader.read(), b'')
+        assert reader.read() == b''
         fresh = head.open()
         head.send(wire.vendor('ACME'))
-        self.assertEqual(fresh.rest(), wire.vendor('ACME'))
-        self.assertEqual(reader.read(), b'')
+        assert fresh.rest() == wire.vendor('ACME')
+        assert reader.read() == b''
 
     def test_uart_that_was_hung_up(self):
         uart = self.closing(Pty())
         uart.cut()
-        self.assertEqual(error_name(set_ldisc, uart.slave, LDISC), 'EIO')
-        self.assertEqual(heads(), [])
+        assert error_name(set_ldisc, uart.slave, LDISC) == 'EIO'
+        assert heads() == []
 
     def test_files_that_are_still_open(self):
         head = self.synced()
         head.send(wire.vendor('ACME'), wire.temperatures([2500]))
-        self.assertTrue(wait(head.hwmon))
+        assert wait(head.hwmon)
         paths = [head.path + '/' + name for name in
                  ('vendor', 'rate', 'stats/rx_bytes', 'errors/head', 'hours/dsp')]
         fds = [os.open(path, os.O_RDONLY) for path in paths]
         fds.append(os.open(head.hwmon_path() + '/temp1_input', os.O_RDONLY))
         command = os.open(head.path + '/calibrate', os.O_WRONLY)
         head.uart.cut()
-        self.assertTrue(head.gone())
+        assert head.gone()
         for fd in fds:
-            self.assertEqual(error_name(os.read, fd, 10), 'ENODEV')
+            assert error_name(os.read, fd, 10) == 'ENODEV'
             os.close(fd)
-        self.assertEqual(error_name(os.write, command, b'x'), 'ENODEV')
+        assert error_name(os.write, command, b'x') == 'ENODEV'
         os.close(command)
 
     def test_the_same_number_again(self):
@@ -292,18 +293,18 @@ class Hangup(Case):
         old = []
         for number in range(4):
             head = self.synced()
-            self.assertEqual(head.name, 'xy3-0')
+            assert head.name == 'xy3-0'
             reader = head.open(os.O_RDWR)
             head.send(wire.vendor('%03d' % number))
-            self.assertEqual(reader.rest(0.05), wire.vendor('%03d' % number))
+            assert reader.rest(0.05) == wire.vendor('%03d' % number)
             for dead in old:
-                self.assertEqual(dead.read(timeout=0), b'')
-                self.assertEqual(error_name(os.write, dead.fd, b'x'), 'EIO')
-            self.assertEqual(get_speed(reader.fd), 115200)
-            self.assertEqual(termios.tcgetattr(reader.fd)[3], 0)        # raw, as the first time
+                assert dead.read(timeout=0) == b''
+                assert error_name(os.write, dead.fd, b'x') == 'EIO'
+            assert get_speed(reader.fd) == 115200
+            assert termios.tcgetattr(reader.fd)[3] == 0        # raw, as the first time
             old.append(reader)
             head.uart.cut()
-            self.assertTrue(head.gone())
+            assert head.gone()
 
     def test_same_number_at_once(self):
         """The new head comes while the hangup of the old one's tty is still under way."""
@@ -312,11 +313,11 @@ class Hangup(Case):
             reader = head.open()
             head.detach()
             head.attach()
-            self.assertEqual(head.name, 'xy3-0')
+            assert head.name == 'xy3-0'
             fresh = head.open()
             head.send(head_rig.GOOD)
-            self.assertEqual(fresh.take(6), head_rig.GOOD)
-            self.assertEqual(reader.read(), b'')
+            assert fresh.take(6) == head_rig.GOOD
+            assert reader.read() == b''
             head.close()
 
     def test_what_the_last_head_has_left(self):
@@ -326,22 +327,22 @@ class Hangup(Case):
             reader = head.open()
             head.send(wire.debug('x' * 97) * (size // 100))
             head.uart.cut()
-            self.assertTrue(head.gone())
+            assert head.gone()
             head = self.synced()
             fresh = head.open()
             head.send(wire.vendor('ACME'))
-            self.assertEqual(fresh.rest(), wire.vendor('ACME'), size)
-            self.assertEqual(reader.read(), b'')
+            assert fresh.rest() == wire.vendor('ACME'), size
+            assert reader.read() == b''
             head.close()
 
     def test_open_that_is_too_late(self):
         head = self.synced()
         head.uart.cut()
-        self.assertTrue(head.gone())
-        self.assertEqual(error_name(os.open, head.node, os.O_RDWR), 'ENOENT')
+        assert head.gone()
+        assert error_name(os.open, head.node, os.O_RDWR) == 'ENOENT'
 
 
-class Unload(Case):
+class TestUnload(Case):
     def traces(self):
         """What the module has left in the system."""
         found = [line.split()[0] for path in ('/proc/tty/ldiscs', '/proc/tty/drivers',
@@ -357,35 +358,35 @@ class Unload(Case):
 
     def test_refused_while_attached(self):
         head = self.synced()
-        self.assertEqual(error_name(kernel.unload_module, 'xy3'), 'EAGAIN')
-        self.assertNotEqual(subprocess.run(['rmmod', 'xy3'], stderr=subprocess.DEVNULL,
-                                           check=False).returncode, 0)
+        assert error_name(kernel.unload_module, 'xy3') == 'EAGAIN'
+        assert subprocess.run(['rmmod', 'xy3'], stderr=subprocess.DEVNULL,
+                                           check=False).returncode != 0
         head.send(wire.vendor('ACME'))
-        self.assertEqual(head.get('vendor'), 'ACME')
+        assert head.get('vendor') == 'ACME'
 
     def test_refused_while_only_the_tty_is_open(self):
         head = self.synced()
         reader = head.open()
         head.uart.cut()
-        self.assertTrue(head.gone())
-        self.assertEqual(error_name(kernel.unload_module, 'xy3'), 'EAGAIN')
+        assert head.gone()
+        assert error_name(kernel.unload_module, 'xy3') == 'EAGAIN'
         reader.close()
         head_rig.unload()
-        self.assertEqual(self.traces(), [])
+        assert self.traces() == []
 
     def test_nothing_is_left(self):
         before = self.traces()
-        self.assertGreater(len(before), 5)
+        assert len(before) > 5
         for head in (self.synced(), self.synced()):
             head.send(wire.vendor('ACME'), wire.temperatures([2500] * 22))
-            self.assertTrue(wait(head.hwmon))
+            assert wait(head.hwmon)
             head.open().close()
             head.uart.cut()
-            self.assertTrue(head.gone())
+            assert head.gone()
         head_rig.unload()
-        self.assertEqual(self.traces(), [])
+        assert self.traces() == []
         head_rig.load()
-        self.assertEqual(self.traces(), before)
+        assert self.traces() == before
 
     def test_parameters(self):
         head_rig.unload()
@@ -393,16 +394,16 @@ class Unload(Case):
         try:
             uart = self.closing(Pty())
             # no module has this number; the loader would be asked for one
-            self.assertEqual(error_name(set_ldisc, uart.slave, LDISC), 'EINVAL')
+            assert error_name(set_ldisc, uart.slave, LDISC) == 'EINVAL'
             set_ldisc(uart.slave, 28)
-            self.assertEqual(read_file(CLASS + '/xy3-0/autobaud'), '1\n')
-            self.assertTrue(wait(lambda: read_file(CLASS + '/xy3-0/rate') != '115200\n'))
+            assert read_file(CLASS + '/xy3-0/autobaud') == '1\n'
+            assert wait(lambda: read_file(CLASS + '/xy3-0/rate') != '115200\n')
             set_ldisc(uart.slave, N_TTY)
-            self.assertTrue(wait(lambda: not heads()))
+            assert wait(lambda: not heads())
         finally:
             head_rig.unload()
         for number in ('-1', '31', '1000'):
-            self.assertEqual(error_name(head_rig.load, 'ldisc=' + number), 'EINVAL', number)
-            self.assertEqual(self.traces(), [])
+            assert error_name(head_rig.load, 'ldisc=' + number) == 'EINVAL', number
+            assert self.traces() == []
         head_rig.load()
-        self.assertEqual(self.attach().get('autobaud'), '0')
+        assert self.attach().get('autobaud') == '0'

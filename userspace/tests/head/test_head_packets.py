@@ -9,6 +9,7 @@ import termios
 import threading
 import time
 
+from case import row
 import head_rig
 from acm_cable import AcmCable
 from head_rig import Case, Head, error_name, get_speed, polled, split, wait
@@ -26,7 +27,7 @@ def every_type():
         yield P(kind, bytes([0x48, 0x41, 0x00] * 85)[:length])
 
 
-class Stream(Case):
+class TestStream(Case):
     """What is sent, what a reader gets, and what the statistics say of it."""
 
     def check(self, *pieces, head=None):
@@ -36,16 +37,16 @@ class Stream(Case):
         for piece in pieces:
             head.send(piece)
             expected += b''.join(P(*packet) for packet in decoder.feed(piece))
-        self.assertEqual(reader.take(len(expected)), expected)
-        self.assertEqual(reader.rest(0.1), b'')
-        self.assertCounts(head, decoder)
+        assert reader.take(len(expected)) == expected
+        assert reader.rest(0.1) == b''
+        self.assert_counts(head, decoder)
         return decoder
 
     def test_every_type(self):
         packets = list(every_type())
         decoder = self.check(head_rig.GOOD, *packets)
-        self.assertEqual(decoder.packets, 2 + len(packets))
-        self.assertEqual(decoder.unknown, 6)
+        assert decoder.packets == 2 + len(packets)
+        assert decoder.unknown == 6
 
     def test_all_in_one_piece(self):
         self.check(head_rig.GOOD + b''.join(every_type()))
@@ -59,7 +60,7 @@ class Stream(Case):
         stream = (b'H' + head_rig.GOOD + P(2, b'Galvo') + P(0x77, b'HA\0H') + b'\x48\x07' +
                   head_rig.GOOD + P(9, bytes(8)))
         for at in range(1, len(stream)):
-            with self.subTest(at=at):
+            with row(at=at):
                 head = Head().attach()
                 try:
                     self.check(stream[:at], stream[at:], head=head)
@@ -68,7 +69,7 @@ class Stream(Case):
 
     def test_nothing_before_the_first_sync(self):
         decoder = self.check(b'HHH\x48\x41\x01' + P(1, b'early') + P(0x41))
-        self.assertEqual((decoder.packets, decoder.kept), (0, 3))
+        assert (decoder.packets, decoder.kept) == (0, 3)
 
     def test_resync(self):
         rows = {
@@ -81,22 +82,22 @@ class Stream(Case):
             'sync with payload': P(0x41, b'x'), 'a sync sequence in it': b'\x48\x07' + P(0x41),
         }
         for name, damage in rows.items():
-            with self.subTest(name):
+            with row(name):
                 decoder = self.check(head_rig.GOOD + P(3, b'before') + damage + head_rig.GOOD +
                                      P(3, b'behind'))
-                self.assertTrue(decoder.in_sync)
+                assert decoder.in_sync
 
     def test_false_sync(self):
         """Joining in the middle of a payload that looks like the sync sequence heals."""
         trap = P(8, b'on ' + wire.RESYNC + b'\x05\xff off')
         decoder = self.check(trap[1:] + head_rig.GOOD + P(1, b'ACME'))
-        self.assertEqual((decoder.bad_lengths, decoder.resyncs), (1, 1))
+        assert (decoder.bad_lengths, decoder.resyncs) == (1, 1)
 
     def test_random_streams(self):
         """Mutated streams in pieces of any size, 64 KB in one write included."""
         dice = random.Random(3)
         for size in (1, 7, 300, 4096, 65536):
-            with self.subTest(size=size):
+            with row(size=size):
                 data = b''
                 while len(data) < max(1200, min(40 * size, 100000)):
                     piece = bytearray(dice.choice((wire.sync(), *every_type())))
@@ -106,7 +107,7 @@ class Stream(Case):
                         del piece[dice.randrange(len(piece)):]
                     data += wire.sync() * dice.randrange(3) + piece
                 decoder = self.check(*(data[at:at + size] for at in range(0, len(data), size)))
-                self.assertGreater(decoder.packets, 10)
+                assert decoder.packets > 10
 
     def test_writer_that_waits_for_room(self):
         """Who writes more than fits into a pty is woken when there is room."""
@@ -122,38 +123,38 @@ class Stream(Case):
         thread = threading.Thread(target=write, daemon=True)
         thread.start()
         thread.join(20)
-        self.assertFalse(thread.is_alive(), '%d bytes are left' % len(left[0]))
-        self.assertTrue(wait(lambda: head.stat('rx_bytes') == len(data)))
+        assert not thread.is_alive(), '%d bytes are left' % len(left[0])
+        assert wait(lambda: head.stat('rx_bytes') == len(data))
 
     def test_new_uart_new_parser(self):
         """Half a packet of one connection is not the beginning of the next one's."""
         head = self.synced()
         head.send(P(8, b'0123456789')[:8])
         head.detach()
-        self.assertTrue(head.gone())
+        assert head.gone()
         head.attach()
         self.check(b'789' + head_rig.GOOD, head=head)
 
 
-class Readers(Case):
+class TestReaders(Case):
     def test_nobody_reads(self):
         """Nothing is kept for later, and nothing counts as lost."""
         head = self.synced()
         head.send(P(1, b'before'))
         reader = head.open()
-        self.assertEqual(reader.rest(), b'')
+        assert reader.rest() == b''
         head.send(P(1, b'behind'))
-        self.assertEqual(reader.rest(), P(1, b'behind'))
-        self.assertEqual(head.stat('lost_packets'), 0)
-        self.assertEqual(head.stat('rx_packets'), 4)
+        assert reader.rest() == P(1, b'behind')
+        assert head.stat('lost_packets') == 0
+        assert head.stat('rx_packets') == 4
 
     def test_opened_in_the_middle_of_a_packet(self):
         head = self.synced()
         head.send(P(8, b'0123456789')[:6])
         reader = head.open()
-        self.assertEqual(reader.rest(), b'')
+        assert reader.rest() == b''
         head.send(P(8, b'0123456789')[6:])
-        self.assertEqual(reader.rest(), P(8, b'0123456789'))
+        assert reader.rest() == P(8, b'0123456789')
 
     def test_closed_in_the_middle_of_a_packet(self):
         """Who opens it anew starts at a packet, whatever the last one has left unread."""
@@ -161,49 +162,49 @@ class Readers(Case):
         for left in (1, 5, 300, 5000):
             reader = head.open()
             head.send(P(8, b'x' * 200) * 40)
-            self.assertEqual(len(reader.take(8120 - left)), 8120 - left)
+            assert len(reader.take(8120 - left)) == 8120 - left
             reader.close()
             head.send(P(8, b'nobody'))
             reader = head.open()
             head.send(P(8, b'anew'))
-            self.assertEqual(reader.rest(), P(8, b'anew'), left)
+            assert reader.rest() == P(8, b'anew'), left
             reader.close()
-        self.assertEqual(head.stat('lost_packets'), 0)
+        assert head.stat('lost_packets') == 0
 
     def test_several_openers(self):
         """They share the stream; it ends when the last one goes."""
         head = self.synced()
         one, two = head.open(), head.open(os.O_RDWR)
         head.send(P(8, b'first'))
-        self.assertEqual(one.rest(), P(8, b'first'))
+        assert one.rest() == P(8, b'first')
         head.send(P(8, b'second'))
-        self.assertEqual(two.rest(), P(8, b'second'))
+        assert two.rest() == P(8, b'second')
         one.close()
         head.send(P(8, b'third'))
-        self.assertEqual(two.rest(), P(8, b'third'))
+        assert two.rest() == P(8, b'third')
         two.close()
         head.send(P(8, b'fourth'))
-        self.assertEqual(head.open().rest(), b'')
+        assert head.open().rest() == b''
 
     def test_small_reads(self):
         head = self.synced()
         reader = head.open()
         data = b''.join(every_type())
         head.send(data)
-        self.assertEqual(reader.rest(0.05, size=1), data)
+        assert reader.rest(0.05, size=1) == data
         head.send(data)
-        self.assertEqual(reader.rest(0.05, size=5), data)
+        assert reader.rest(0.05, size=5) == data
 
     def test_poll_and_nonblocking(self):
         head = self.synced()
         reader = head.open()
-        self.assertEqual(error_name(os.read, reader.fd, 10), 'EAGAIN')
-        self.assertEqual(polled(reader.fd, select.POLLIN | select.POLLOUT, 0.1), select.POLLOUT)
+        assert error_name(os.read, reader.fd, 10) == 'EAGAIN'
+        assert polled(reader.fd, select.POLLIN | select.POLLOUT, 0.1) == select.POLLOUT
         head.send(P(8, b'half a packet')[:9])
-        self.assertEqual(polled(reader.fd, select.POLLIN, 0.1), 0)
+        assert polled(reader.fd, select.POLLIN, 0.1) == 0
         head.send(P(8, b'half a packet')[9:])
-        self.assertEqual(polled(reader.fd, select.POLLIN), select.POLLIN)
-        self.assertEqual(reader.rest(), P(8, b'half a packet'))
+        assert polled(reader.fd, select.POLLIN) == select.POLLIN
+        assert reader.rest() == P(8, b'half a packet')
 
     def test_blocking_read(self):
         head = self.synced()
@@ -213,10 +214,10 @@ class Readers(Case):
         thread = threading.Thread(target=lambda: got.append(os.read(reader.fd, 100)))
         thread.start()
         time.sleep(0.1)
-        self.assertEqual(got, [])
+        assert got == []
         head.send(P(8, b'wake up'))
         thread.join(10)
-        self.assertEqual(got, [P(8, b'wake up')])
+        assert got == [P(8, b'wake up')]
 
     def test_slow_reader(self):
         """It loses whole packets, and each of them is counted."""
@@ -228,17 +229,17 @@ class Readers(Case):
         for at in range(0, len(stream), 60000):
             head.send(stream[at:at + 60000])
         lost = head.stat('lost_packets')
-        self.assertGreater(lost, 1000)
+        assert lost > 1000
         got = split(reader.rest())
-        self.assertEqual(len(got) + lost, len(texts))
+        assert len(got) + lost == len(texts)
         sent = {P(8, text) for text in texts}
-        self.assertEqual([packet for packet in got if packet not in sent], [])
-        self.assertEqual(got, sorted(got, key=lambda packet: packet[3:9]))
-        self.assertEqual(got[0], P(8, texts[0]))
+        assert [packet for packet in got if packet not in sent] == []
+        assert got == sorted(got, key=lambda packet: packet[3:9])
+        assert got[0] == P(8, texts[0])
         head.send(P(8, b'there is room again'))
-        self.assertEqual(reader.rest(), P(8, b'there is room again'))
-        self.assertEqual(head.stat('lost_packets'), lost)
-        self.assertEqual(head.stat('rx_packets'), 2 + len(texts) + 1)
+        assert reader.rest() == P(8, b'there is room again')
+        assert head.stat('lost_packets') == lost
+        assert head.stat('rx_packets') == 2 + len(texts) + 1
 
     def test_fast_reader_loses_nothing(self):
         head = self.synced()
@@ -250,11 +251,11 @@ class Readers(Case):
         for _ in range(100):
             head.send(b''.join(packets))
         thread.join(60)
-        self.assertEqual(split(got[0]), packets * 100)
-        self.assertEqual(head.stat('lost_packets'), 0)
+        assert split(got[0]) == packets * 100
+        assert head.stat('lost_packets') == 0
 
 
-class Settings(Case):
+class TestSettings(Case):
     def modes(self, fd):
         """-> (iflag, oflag, lflag, cflag without the speed)"""
         iflag, oflag, cflag, lflag = termios.tcgetattr(fd)[:4]
@@ -264,39 +265,39 @@ class Settings(Case):
         """Every byte value comes through as it is, and nothing is echoed."""
         head = self.synced()
         reader = head.open(os.O_RDWR)
-        self.assertEqual(self.modes(reader.fd),
-                         (0, 0, 0, termios.CS8 | termios.CREAD | termios.CLOCAL))
+        assert self.modes(reader.fd) == \
+                         (0, 0, 0, termios.CS8 | termios.CREAD | termios.CLOCAL)
         payload = bytes(range(255))
         head.send(P(0x50, payload), P(0x51, b'\xff\r\n\x03\x04\x11\x13\0'))
-        self.assertEqual(reader.rest(), P(0x50, payload) + P(0x51, b'\xff\r\n\x03\x04\x11\x13\0'))
-        self.assertEqual(polled(head.uart.master, select.POLLIN, 0.1), 0)
+        assert reader.rest() == P(0x50, payload) + P(0x51, b'\xff\r\n\x03\x04\x11\x13\0')
+        assert polled(head.uart.master, select.POLLIN, 0.1) == 0
 
     def test_raw_again_after_close(self):
         head = self.synced()
         reader = head.open()
         subprocess.run(['stty', '-F', head.node, 'sane'], check=True)
-        self.assertNotEqual(self.modes(reader.fd)[2], 0)
+        assert self.modes(reader.fd)[2] != 0
         reader.close()
-        self.assertEqual(self.modes(head.open().fd)[:3], (0, 0, 0))
+        assert self.modes(head.open().fd)[:3] == (0, 0, 0)
 
     def test_it_is_a_tty(self):
         head = self.synced()
         reader = head.open()
-        self.assertTrue(os.isatty(reader.fd))
-        self.assertEqual(os.ttyname(reader.fd), head.node)
-        self.assertEqual(os.ttyname(head.uart.slave), head.uart.node)
-        self.assertEqual(get_speed(reader.fd), 115200)
+        assert os.isatty(reader.fd)
+        assert os.ttyname(reader.fd) == head.node
+        assert os.ttyname(head.uart.slave) == head.uart.node
+        assert get_speed(reader.fd) == 115200
 
     def test_bits_and_parity_stay(self):
         head = self.synced()
         reader = head.open()
         before = self.modes(reader.fd)
         status, _ = head_rig.run('stty', '-F', head.node, 'cs7', 'parenb', 'cstopb')
-        self.assertNotEqual(status, 0)
-        self.assertEqual(self.modes(reader.fd), before)
+        assert status != 0
+        assert self.modes(reader.fd) == before
 
 
-class Writing(Case):
+class TestWriting(Case):
     def test_command_frames(self):
         """There is no forward channel; what is no command frame is refused before that."""
         head = self.synced()
@@ -316,29 +317,29 @@ class Writing(Case):
             'the last of many is bad': (command * 1000 + b'\0', 'EINVAL'),
         }
         for name, (data, error) in rows.items():
-            with self.subTest(name):
-                self.assertEqual(error_name(os.write, writer.fd, data), error)
-        self.assertEqual(polled(head.uart.master, select.POLLIN, 0.1), 0)
+            with row(name):
+                assert error_name(os.write, writer.fd, data) == error
+        assert polled(head.uart.master, select.POLLIN, 0.1) == 0
 
     def test_the_uart_itself(self):
         """Its own file can neither be read nor written meanwhile; afterwards it can."""
         head = self.synced()
         slave, master = head.uart.slave, head.uart.master
-        self.assertEqual(error_name(os.write, slave, b'hello'), 'ENOTSUP')
-        self.assertEqual(error_name(os.read, slave, 10), 'EIO')
-        self.assertEqual(polled(master, select.POLLIN, 0.1), 0)
+        assert error_name(os.write, slave, b'hello') == 'ENOTSUP'
+        assert error_name(os.read, slave, 10) == 'EIO'
+        assert polled(master, select.POLLIN, 0.1) == 0
         head.detach()
         os.write(slave, b'hello')
-        self.assertEqual(os.read(master, 10), b'hello')
+        assert os.read(master, 10) == b'hello'
         os.write(master, b'hello')
-        self.assertEqual(os.read(slave, 10), b'hello')
+        assert os.read(slave, 10) == b'hello'
 
 
-class Acm(Case):
+class TestAcm(Case):
     """A UART on USB (CDC ACM over dummy_hcd), which knows line errors as a pty does not."""
 
-    def setUp(self):
-        super().setUp()
+    def set_up(self):
+        super().set_up()
         self.cable = self.closing(AcmCable())
         self.head = self.attach(self.cable)
 
@@ -346,7 +347,7 @@ class Acm(Case):
         reader = self.head.open()
         data = head_rig.GOOD + b''.join(every_type()) * 20
         self.head.send(data)
-        self.assertEqual(reader.take(len(data)), data)
+        assert reader.take(len(data)) == data
 
     def test_break(self):
         """A flagged byte is no data: what was kept goes, and sync with it."""
@@ -355,52 +356,52 @@ class Acm(Case):
         head.send(head_rig.GOOD + P(8, b'whole') + P(8, b'cut by a break')[:7])
         self.cable.send_break()
         head.sent += 1
-        self.assertTrue(wait(lambda: head.stat('line_errors') == 1))
-        self.assertEqual(head.get('in_sync'), '0')
-        self.assertEqual(head.stat('dropped_bytes'), 8)
+        assert wait(lambda: head.stat('line_errors') == 1)
+        assert head.get('in_sync') == '0'
+        assert head.stat('dropped_bytes') == 8
         head.send(P(8, b'cut by a break')[7:], head_rig.GOOD + P(8, b'whole again'))
-        self.assertEqual(split(reader.rest())[2:], [P(8, b'whole'), wire.sync(), wire.sync(),
-                                                    P(8, b'whole again')])
+        assert split(reader.rest())[2:] == [P(8, b'whole'), wire.sync(), wire.sync(),
+                                                    P(8, b'whole again')]
         stats = head.stats()
-        self.assertEqual((stats['rx_bytes'], stats['resyncs'], stats['line_errors']),
-                         (head.sent, 1, 1))
+        assert (stats['rx_bytes'], stats['resyncs'], stats['line_errors']) == \
+                         (head.sent, 1, 1)
 
     def test_uart_that_was_stopped(self):
         """Somebody had it open before and did not read until it was throttled."""
         self.head.detach()
-        self.assertTrue(self.head.gone())
+        assert self.head.gone()
         # the tty's buffer takes 4095 bytes, and the UART stops a little before that; what it had
         # asked for already still comes, a byte at a time
         for size in (4000, *[1] * 60):
             self.cable.write(bytes(size))
             time.sleep(0.01)
-        self.assertEqual(polled(self.cable.slave, select.POLLIN), select.POLLIN)
+        assert polled(self.cable.slave, select.POLLIN) == select.POLLIN
         self.head.attach()
         self.cable.write(head_rig.GOOD)
-        self.assertTrue(wait(lambda: self.head.get('in_sync') == '1'))
+        assert wait(lambda: self.head.get('in_sync') == '1')
 
     def test_uart_that_was_stopped_with_more_to_come(self):
         self.head.detach()
-        self.assertTrue(self.head.gone())
+        assert self.head.gone()
         for _ in range(10):
             self.cable.flood(20000)
             time.sleep(0.1)
-        self.assertEqual(polled(self.cable.master, select.POLLOUT, 0.5), 0)
+        assert polled(self.cable.master, select.POLLOUT, 0.5) == 0
         self.head.attach()
-        self.assertEqual(polled(self.cable.master, select.POLLOUT), select.POLLOUT)
+        assert polled(self.cable.master, select.POLLOUT) == select.POLLOUT
         self.cable.write(head_rig.GOOD)
-        self.assertTrue(wait(lambda: self.head.get('in_sync') == '1'))
+        assert wait(lambda: self.head.get('in_sync') == '1')
 
     def test_unplugged(self):
         head = self.head
         head.send(head_rig.GOOD + P(8, b'cut by the cable')[:7])
         reader = head.open()
         self.cable.unplug()
-        self.assertTrue(head.gone())
-        self.assertEqual(reader.read(), b'')
-        self.assertTrue(polled(reader.fd, select.POLLIN) & select.POLLHUP)
+        assert head.gone()
+        assert reader.read() == b''
+        assert polled(reader.fd, select.POLLIN) & select.POLLHUP
         self.cable.plug()
         head.attach()
         fresh = head.open()
         head.send(head_rig.GOOD + P(8, b'back'))
-        self.assertEqual(fresh.take(13), head_rig.GOOD + P(8, b'back'))
+        assert fresh.take(13) == head_rig.GOOD + P(8, b'back')

@@ -5,13 +5,14 @@ import termios
 import threading
 import time
 
+from case import row
 import head_rig
 from acm_cable import AcmCable
 from head_rig import Case, get_speed, set_speed, wait
 from xy3_head_sim import wire
 
 
-class Rates(Case):
+class TestRates(Case):
     def shown(self, head, rate):
         """At all three places."""
         reader = head.open()
@@ -23,25 +24,25 @@ class Rates(Case):
     def test_attribute(self):
         head = self.synced()
         for rate in (*wire.RATES, *reversed(wire.RATES), 115200):
-            self.assertIsNone(head.set('rate', '%d\n' % rate))
-            self.assertTrue(self.shown(head, rate), rate)
+            assert head.set('rate', '%d\n' % rate) is None
+            assert self.shown(head, rate), rate
         for text in ('9600', '0', '115201', '-1', 'fast', '\n', '4294967296', '115200 8'):
-            self.assertIn(head.set('rate', text), ('EINVAL', 'ERANGE'), text)
-            self.assertTrue(self.shown(head, 115200), text)
+            assert head.set('rate', text) in ('EINVAL', 'ERANGE'), text
+            assert self.shown(head, 115200), text
 
     def test_upper_stty(self):
         head = self.synced()
         reader = head.open()
         for rate in (*wire.RATES, *reversed(wire.RATES)):
             status, text = head_rig.run('stty', '-F', head.node, str(rate))
-            self.assertEqual((status, text), (0, ''))
-            self.assertTrue(self.shown(head, rate), rate)
-            self.assertEqual(head_rig.run('stty', '-F', head.node, 'speed'), (0, '%d\n' % rate))
+            assert (status, text) == (0, '')
+            assert self.shown(head, rate), rate
+            assert head_rig.run('stty', '-F', head.node, 'speed') == (0, '%d\n' % rate)
         for rate in ('9600', '38400', '1000000', '0'):
             status, text = head_rig.run('stty', '-F', head.node, rate)
-            self.assertEqual(status, 1, rate)
-            self.assertIn('unable to perform all requested operations', text)
-            self.assertTrue(self.shown(head, 57600), rate)
+            assert status == 1, rate
+            assert 'unable to perform all requested operations' in text
+            assert self.shown(head, 57600), rate
         reader.close()
 
     def test_lower_stty(self):
@@ -49,14 +50,14 @@ class Rates(Case):
         reader = head.open()
         for rate in (*reversed(wire.RATES), 9600, 115200):
             status, _ = head_rig.run('stty', '-F', head.uart.node, str(rate))
-            self.assertEqual(status, 0)
-            self.assertTrue(self.shown(head, rate), rate)
+            assert status == 0
+            assert self.shown(head, rate), rate
         reader.close()
 
     def test_attached_at_another_rate(self):
         for rate in (57600, 921600, 9600):
             head = self.attach(rate=rate)
-            self.assertTrue(self.shown(head, rate), rate)
+            assert self.shown(head, rate), rate
             head.close()
 
     def test_sync_is_lost(self):
@@ -64,22 +65,22 @@ class Rates(Case):
         head = self.synced()
         head.send(wire.vendor('ACME')[:4])
         head.set('rate', '230400')
-        self.assertEqual(head.get('in_sync'), '0')
-        self.assertEqual(head.stat('dropped_bytes'), 4)
+        assert head.get('in_sync') == '0'
+        assert head.stat('dropped_bytes') == 4
         head.sync()
         head.set('rate', '230400')              # no change
-        self.assertEqual(head.get('in_sync'), '1')
+        assert head.get('in_sync') == '1'
 
     def test_on_usb(self):
         """The UART itself is told (CDC SET_LINE_CODING)."""
         cable = self.closing(AcmCable())
         head = self.attach(cable)
         for rate in wire.RATES:
-            self.assertIsNone(head.set('rate', str(rate)))
-            self.assertTrue(self.shown(head, rate), rate)
+            assert head.set('rate', str(rate)) is None
+            assert self.shown(head, rate), rate
         head.sync()
         cable.unplug()
-        self.assertTrue(head.gone())
+        assert head.gone()
 
     def test_all_at_once(self):
         """Three who change it by three ways agree in the end."""
@@ -101,10 +102,10 @@ class Rates(Case):
             thread.start()
         for thread in threads:
             thread.join(60)
-            self.assertFalse(thread.is_alive())
-        self.assertTrue(self.shown(head, get_speed(head.uart.slave)))
+            assert not thread.is_alive()
+        assert self.shown(head, get_speed(head.uart.slave))
         head.set('rate', '460800')
-        self.assertTrue(self.shown(head, 460800))
+        assert self.shown(head, 460800)
 
 
 class Peer:
@@ -136,21 +137,21 @@ class Peer:
         self.thread.join(20)
 
 
-class Autobaud(Case):
+class TestAutobaud(Case):
     def found(self, head, rate, timeout=30):
         return wait(lambda: head.get('in_sync') == '1' and head.get('rate') == str(rate), timeout,
                     0.05)
 
     def test_every_rate(self):
         for rate in wire.RATES:
-            with self.subTest(rate):
+            with row(rate):
                 head = self.attach()
-                self.assertIsNone(head.set('autobaud', '1'))
+                assert head.set('autobaud', '1') is None
                 peer = self.closing(Peer(head.uart, rate))
-                self.assertTrue(self.found(head, rate))
+                assert self.found(head, rate)
                 peer.close()
-                self.assertEqual(get_speed(head.uart.slave), rate)
-                self.assertEqual(peer.heard[0], 115200)     # the present one has the first turn
+                assert get_speed(head.uart.slave) == rate
+                assert peer.heard[0] == 115200     # the present one has the first turn
                 head.close()
 
     def test_a_head_that_speaks_rarely(self):
@@ -158,39 +159,39 @@ class Autobaud(Case):
         head = self.attach()
         head.set('autobaud', '1')
         self.closing(Peer(head.uart, 921600, 2))
-        self.assertTrue(self.found(head, 921600, 120))
+        assert self.found(head, 921600, 120)
 
     def test_a_loud_head_is_found_sooner(self):
         """1 KiB without sync is enough; nobody waits for the half second to be over."""
         head = self.attach()
         head.set('autobaud', '1')
         peer = self.closing(Peer(head.uart, 57600, 0.001))
-        self.assertTrue(self.found(head, 57600))
-        self.assertLessEqual(len(peer.heard), 6)
+        assert self.found(head, 57600)
+        assert len(peer.heard) <= 6
         for rate in (230400, 460800, 921600):
-            self.assertGreater(peer.said[rate], 500)
-            self.assertLess(peer.said[rate], 6000)
+            assert peer.said[rate] > 500
+            assert peer.said[rate] < 6000
 
     def test_off(self):
         head = self.attach()
         peer = self.closing(Peer(head.uart, 57600))
         time.sleep(10)
-        self.assertEqual((peer.heard, head.get('rate')), ([115200], '115200'))
+        assert (peer.heard, head.get('rate')) == ([115200], '115200')
         head.set('autobaud', '1')
-        self.assertTrue(self.found(head, 57600))
+        assert self.found(head, 57600)
         for text, error in (('2', 'EINVAL'), ('maybe', 'EINVAL'), ('\n', 'EINVAL'), ('off', None)):
-            self.assertEqual(head.set('autobaud', text), error)
-        self.assertEqual(head.get('autobaud'), '0')
+            assert head.set('autobaud', text) == error
+        assert head.get('autobaud') == '0'
 
     def test_the_head_changes_its_rate(self):
         head = self.attach()
         head.set('autobaud', '1')
         peer = self.closing(Peer(head.uart, 230400))
-        self.assertTrue(self.found(head, 230400))
+        assert self.found(head, 230400)
         time.sleep(10)
-        self.assertEqual(head.get('rate'), '230400')        # in sync nothing is searched
+        assert head.get('rate') == '230400'        # in sync nothing is searched
         peer.rate = 460800
-        self.assertTrue(self.found(head, 460800))
+        assert self.found(head, 460800)
 
     def test_silence(self):
         """Nobody there: it goes on from rate to rate, longer at each from round to round."""
@@ -201,6 +202,6 @@ class Autobaud(Case):
             time.sleep(0.1)
             if seen[-1:] != [head.get('rate')]:
                 seen.append(head.get('rate'))
-        self.assertEqual(set(seen), set(map(str, wire.RATES)))
-        self.assertGreater(len(seen), 10)
-        self.assertLess(len(seen), 50)          # 120 if each turn took half a second
+        assert set(seen) == set(map(str, wire.RATES))
+        assert len(seen) > 10
+        assert len(seen) < 50          # 120 if each turn took half a second

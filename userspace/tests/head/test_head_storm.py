@@ -115,23 +115,23 @@ class Crowd:
             os.close(fd)
 
 
-class Storm(Case):
+class TestStorm(Case):
     def check(self, crowd):
         print('    %s' % ', '.join('%d %s' % (count, what)
                                    for what, count in crowd.counts.items()))
-        self.assertEqual(crowd.strange, [])
+        assert crowd.strange == []
         for what, count in crowd.counts.items():
-            self.assertGreater(count, 20, what)
+            assert count > 20, what
 
     def calm(self):
         """Afterwards all is as before: no head is left, and a new one works."""
-        self.assertTrue(wait(lambda: not heads()))
+        assert wait(lambda: not heads())
         head = self.synced()
-        self.assertEqual(head.name, 'xy3-0')
+        assert head.name == 'xy3-0'
         reader = head.open()
         head.send(wire.vendor('ACME'))
-        self.assertEqual(reader.rest(), wire.vendor('ACME'))
-        self.assertEqual(head.get('vendor'), 'ACME')
+        assert reader.rest() == wire.vendor('ACME')
+        assert head.get('vendor') == 'ACME'
         head.close()
 
     def cycle(self, dice):
@@ -168,7 +168,7 @@ class Storm(Case):
                 worker.start()
             for worker in workers:
                 worker.join()
-        self.assertEqual(len(done), 1050)
+        assert len(done) == 1050
         self.check(crowd)
         self.calm()
 
@@ -199,15 +199,15 @@ class Storm(Case):
                 time.sleep(dice.random() * 0.002)
             head.uart.cut()
             thread.join(20)
-            self.assertFalse(thread.is_alive())
+            assert not thread.is_alive()
             data = b''.join(got)
             start = 3 if data.startswith(wire.sync() * 2) else 0
-            self.assertTrue((wire.sync() + stream).startswith(data) or
-                            stream.startswith(data[start:]))
+            assert (wire.sync() + stream).startswith(data) or \
+                            stream.startswith(data[start:])
             ends.append(len(data))
             os.close(fd)
             head.close()
-        self.assertGreater(len(set(ends)), 20)
+        assert len(set(ends)) > 20
         self.calm()
 
     @staticmethod
@@ -238,19 +238,19 @@ class Storm(Case):
             for number in range(400):
                 if number >= 40 and len(attached) > 20:
                     break
-                self.assertTrue(wait(self.unloads, 30, 0.0005))
-                self.assertFalse(kernel.is_loaded(head_rig.MODULE))
+                assert wait(self.unloads, 30, 0.0005)
+                assert not kernel.is_loaded(head_rig.MODULE)
                 head_rig.load()
                 time.sleep(dice.random() * 0.01)
         finally:
             stop.set()
             for thread in threads:
                 thread.join(20)
-        self.assertGreater(len(attached), 20)
+        assert len(attached) > 20
         self.calm()
 
 
-class Streams(Case):
+class TestStreams(Case):
     """Whole streams of the simulator's, whose own count must be the driver's."""
 
     def start(self, seed, **how):
@@ -275,29 +275,29 @@ class Streams(Case):
             os.close(slave)
             reader.close()
 
-        self.addCleanup(end)
+        self.add_cleanup(end)
         return talker, name, got, listener, threading.Thread(target=run)
 
     def finish(self, talker, name, got, listener, thread):
         thread.join(400)
-        self.assertFalse(thread.is_alive())
+        assert not thread.is_alive()
         receiver = talker.counts()['receiver']
         stats = {stat: int(read_file('%s/%s/stats/%s' % (CLASS, name, stat)))
                  for stat in head_rig.STATS}
-        self.assertTrue(wait(lambda: int(read_file('%s/%s/stats/rx_bytes' % (CLASS, name))) ==
-                             talker.counts()['bytes']), stats)
+        assert wait(lambda: int(read_file('%s/%s/stats/rx_bytes' % (CLASS, name))) ==
+                             talker.counts()['bytes']), stats
         listener.join(60)
         stats = {stat: int(read_file('%s/%s/stats/%s' % (CLASS, name, stat)))
                  for stat in head_rig.STATS}
-        self.assertEqual(stats, {
+        assert stats == {
             'rx_bytes': receiver['packet_bytes'] + receiver['dropped'] + receiver['kept'],
             'rx_packets': receiver['packets'], 'syncs': receiver['syncs'],
             'resyncs': receiver['resyncs'], 'dropped_bytes': receiver['dropped'],
             'bad_lengths': receiver['bad_lengths'], 'unknown_packets': receiver['unknown'],
-            'line_errors': 0, 'lost_packets': 0})
+            'line_errors': 0, 'lost_packets': 0}
         packets = head_rig.split(got[0])
-        self.assertEqual(len(packets), receiver['packets'])
-        self.assertEqual(len(got[0]), receiver['packet_bytes'])
+        assert len(packets) == receiver['packets']
+        assert len(got[0]) == receiver['packet_bytes']
         return receiver
 
     def test_two_at_once(self):
@@ -307,8 +307,8 @@ class Streams(Case):
             one[-1].start()
         for one in both:
             receiver = self.finish(*one)
-            self.assertGreaterEqual(receiver['packets'], 4000)
-            self.assertEqual(receiver['resyncs'], 0)
+            assert receiver['packets'] >= 4000
+            assert receiver['resyncs'] == 0
 
     def test_faults_at_full_speed(self):
         """Every kind of damage that the simulator knows, at random."""
@@ -318,9 +318,9 @@ class Streams(Case):
                 one[0].faults.set(kind, '1/60')
         one[-1].start()
         receiver = self.finish(*one)
-        self.assertGreater(receiver['resyncs'], 100)
-        self.assertGreater(receiver['bad_lengths'], 50)
-        self.assertGreater(receiver['unknown'], 50)
+        assert receiver['resyncs'] > 100
+        assert receiver['bad_lengths'] > 50
+        assert receiver['unknown'] > 50
 
     def test_garbage_at_full_speed(self):
         """Bytes that are nothing: all are dropped but what looks like packets by chance."""
@@ -334,7 +334,7 @@ class Streams(Case):
                     else bytes(dice.choices(letters, k=8192)))
             head.send(data)
             expected += b''.join(wire.packet(*packet) for packet in decoder.feed(data))
-        self.assertEqual(reader.rest(), expected)
-        self.assertCounts(head, decoder)
-        self.assertGreater(decoder.packets, 100)
-        self.assertGreater(decoder.resyncs, 100)
+        assert reader.rest() == expected
+        self.assert_counts(head, decoder)
+        assert decoder.packets > 100
+        assert decoder.resyncs > 100

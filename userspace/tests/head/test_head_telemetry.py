@@ -18,26 +18,26 @@ TEXTS = {'vendor': wire.VENDOR, 'model': wire.MODEL, 'firmware': wire.FIRMWARE,
 COMPONENTS = wire.COMPONENTS
 
 
-class Attributes(Case):
+class TestAttributes(Case):
     def test_nothing_is_reported(self):
         head = self.attach()
         for name in TEXTS:
-            self.assertEqual(head.get(name), NODATA)
+            assert head.get(name) == NODATA
         for folder, names in (('errors', COMPONENTS), ('hours', COMPONENTS),
                               ('frame_errors', wire.AXES)):
-            self.assertEqual(head.all(folder), dict.fromkeys(names, NODATA))
-        self.assertEqual(head.hwmon(), {})
-        self.assertEqual(head.stats(), dict.fromkeys(head_rig.STATS, 0))
+            assert head.all(folder) == dict.fromkeys(names, NODATA)
+        assert head.hwmon() == {}
+        assert head.stats() == dict.fromkeys(head_rig.STATS, 0)
         for name, text in (('in_sync', '0'), ('rate', '115200'), ('autobaud', '0'),
                            ('byte_order', 'little')):
-            self.assertEqual(head.get(name), text)
+            assert head.get(name) == text
 
     def test_texts(self):
         head = self.synced()
         for name, kind in TEXTS.items():
             for text in (b'ACME', b'abc', b'x' * 200, b'Galvo 3/20 (rev. "B")'):
                 head.send(wire.packet(kind, text))
-                self.assertEqual(head.get(name), text.decode())
+                assert head.get(name) == text.decode()
 
     def test_texts_that_are_not_printable(self):
         head = self.synced()
@@ -45,85 +45,85 @@ class Attributes(Case):
                             (bytes(3), '???'), ('Gerät'.encode(), 'Ger??t'),
                             (b'ab\0cd', 'ab?cd'), (b'\xff\xfe\x80', '???')):
             head.send(wire.vendor(text))
-            self.assertEqual(head.get('vendor'), shown)
+            assert head.get('vendor') == shown
 
     def test_a_text_with_a_bad_length_changes_nothing(self):
         head = self.synced()
         head.send(wire.serial(b'SN 1'), wire.packet(wire.SERIAL, b'no'), head_rig.GOOD,
                   wire.packet(wire.SERIAL, b'n' * 201), head_rig.GOOD)
-        self.assertEqual(head.get('serial'), 'SN 1')
-        self.assertEqual(head.stat('bad_lengths'), 2)
+        assert head.get('serial') == 'SN 1'
+        assert head.stat('bad_lengths') == 2
 
     def test_errors(self):
         head = self.synced()
         codes = [0, 1, 2, 3, 4, 5, 6, 7, 8, 99, 100, 255]
         head.send(wire.errors(codes))
         shown = [*wire.ERROR_NAMES, '8', '99', '100', '255']
-        self.assertEqual(head.all('errors'), dict(zip(
-            COMPONENTS, shown + [NODATA] * (len(COMPONENTS) - len(codes)))))
+        assert head.all('errors') == dict(zip(
+            COMPONENTS, shown + [NODATA] * (len(COMPONENTS) - len(codes))))
         head.send(wire.errors([7] * len(COMPONENTS)))
-        self.assertEqual(head.all('errors'), dict.fromkeys(COMPONENTS, 'mechanical'))
+        assert head.all('errors') == dict.fromkeys(COMPONENTS, 'mechanical')
         head.send(wire.errors([2]))
-        self.assertEqual(head.all('errors'), {
-            **dict.fromkeys(COMPONENTS, NODATA), 'head': 'data'})
+        assert head.all('errors') == {
+            **dict.fromkeys(COMPONENTS, NODATA), 'head': 'data'}
 
     def test_hours(self):
         head = self.synced()
         head.send(wire.hours([0, 1, None, 0xFFFFFFFE] + [70000] * 18))
-        self.assertEqual(head.all('hours'), {
+        assert head.all('hours') == {
             **dict.fromkeys(COMPONENTS, '70000'), 'head': '0', 'dsp': '1', 'dac_x': NODATA,
-            'dac_y': '4294967294'})
+            'dac_y': '4294967294'}
         head.send(wire.hours([7]))
-        self.assertEqual(head.all('hours'), {
-            **dict.fromkeys(COMPONENTS, NODATA), 'head': '7'})
+        assert head.all('hours') == {
+            **dict.fromkeys(COMPONENTS, NODATA), 'head': '7'}
 
     def test_frame_errors(self):
         head = self.synced()
         head.send(wire.frame_errors([0, 1, 65536, 0xFFFFFFFF, 5]))
-        self.assertEqual(head.all('frame_errors'), {
-            'x': '0', 'y': '1', 'z': '65536', 'u': '4294967295', 'w': '5'})
+        assert head.all('frame_errors') == {
+            'x': '0', 'y': '1', 'z': '65536', 'u': '4294967295', 'w': '5'}
 
     def test_byte_order(self):
         head = self.synced()
         report = (wire.hours([256], 'big') + wire.frame_errors([1, 2, 3, 4, 0x01020304], 'big') +
                   wire.temperatures([2500], 'big') + wire.errors([1]) + wire.vendor('ACME'))
         head.send(report)
-        self.assertEqual(head.get('hours/head'), '65536')
-        self.assertEqual(head.get('frame_errors/w'), '%d' % 0x04030201)
-        self.assertTrue(wait(lambda: head.hwmon().get('temp1_input') == '-153510'))
-        self.assertIsNone(head.set('byte_order', 'big'))
-        self.assertEqual(head.get('byte_order'), 'big')
-        self.assertEqual((head.get('hours/head'), head.get('frame_errors/w'),
-                          head.hwmon()['temp1_input']), (NODATA,) * 3)
-        self.assertEqual((head.get('errors/head'), head.get('vendor')), ('temperature', 'ACME'))
+        assert head.get('hours/head') == '65536'
+        assert head.get('frame_errors/w') == '%d' % 0x04030201
+        assert wait(lambda: head.hwmon().get('temp1_input') == '-153510')
+        assert head.set('byte_order', 'big') is None
+        assert head.get('byte_order') == 'big'
+        assert (head.get('hours/head'), head.get('frame_errors/w'),
+                          head.hwmon()['temp1_input']) == (NODATA,) * 3
+        assert (head.get('errors/head'), head.get('vendor')) == ('temperature', 'ACME')
         head.send(report)
-        self.assertEqual((head.get('hours/head'), head.get('frame_errors/w'),
-                          head.hwmon()['temp1_input']), ('256', '%d' % 0x01020304, '25000'))
-        self.assertIsNone(head.set('byte_order', 'big'))        # no change: nothing is forgotten
-        self.assertEqual(head.get('hours/head'), '256')
+        assert (head.get('hours/head'), head.get('frame_errors/w'),
+                          head.hwmon()['temp1_input']) == ('256', '%d' % 0x01020304, '25000')
+        assert head.set('byte_order', 'big') is None        # no change: nothing is forgotten
+        assert head.get('hours/head') == '256'
         for text in ('\n', 'middle', 'bigger', '1'):
-            self.assertEqual(head.set('byte_order', text), 'EINVAL')
-        self.assertEqual(head.get('byte_order'), 'big')
+            assert head.set('byte_order', text) == 'EINVAL'
+        assert head.get('byte_order') == 'big'
 
     def test_commands(self):
         """Bad text is told from a channel that is not there."""
         head = self.synced()
         for name in ('autocalib', 'temp_comp'):
             for text in ('on', 'off', 'on x', 'off zw\n', 'on all'):
-                self.assertEqual(head.set(name, text), 'ENODEV', (name, text))
+                assert head.set(name, text) == 'ENODEV', (name, text)
             for text in ('\n', 'x', 'yes', 'on q', 'onx', 'off x y'):
-                self.assertEqual(head.set(name, text), 'EINVAL', (name, text))
+                assert head.set(name, text) == 'EINVAL', (name, text)
         for name in ('calibrate', 'reference'):
             for text in ('x', 'xyzuw\n', 'all', '\n', 'XY'):
-                self.assertEqual(head.set(name, text), 'ENODEV', (name, text))
+                assert head.set(name, text) == 'ENODEV', (name, text)
             for text in ('q', 'x y', 'on', 'allx', '1'):
-                self.assertEqual(head.set(name, text), 'EINVAL', (name, text))
+                assert head.set(name, text) == 'EINVAL', (name, text)
 
     def test_modes(self):
         """What can be written and by whom, over all files of the head."""
         head = self.synced()
         head.send(wire.temperatures([2500]))
-        self.assertTrue(wait(head.hwmon))
+        assert wait(head.hwmon)
         writable = set()
         for folder, folders, files in os.walk(head.path):
             if 'power' in folders:
@@ -131,185 +131,185 @@ class Attributes(Case):
             for name in files:
                 path = os.path.join(folder, name)
                 mode = os.stat(path).st_mode & 0o777
-                self.assertIn(mode, (0o444, 0o644, 0o200), path)
+                assert mode in (0o444, 0o644, 0o200), path
                 if mode != 0o444 and name != 'uevent':
                     writable.add((os.path.relpath(path, head.path), mode))
-        self.assertEqual(writable, {
+        assert writable == {
             ('rate', 0o644), ('autobaud', 0o644), ('byte_order', 0o644), ('autocalib', 0o200),
-            ('temp_comp', 0o200), ('calibrate', 0o200), ('reference', 0o200)})
+            ('temp_comp', 0o200), ('calibrate', 0o200), ('reference', 0o200)}
 
 
-class Hwmon(Case):
+class TestHwmon(Case):
     def grown(self, head, count):
         return wait(lambda: sum('_input' in name for name in head.hwmon()) == count)
 
     def test_channels(self):
         head = self.synced()
         head.send(wire.temperatures([3150, None, -1250, 0, 32767, -32766, None]))
-        self.assertTrue(self.grown(head, 5))
+        assert self.grown(head, 5)
         shown = head.hwmon()
-        self.assertEqual(shown.pop('name'), 'xy3')
+        assert shown.pop('name') == 'xy3'
         expected = {}
         for number, name, value in ((1, 'head', 31500), (3, 'dac_x', -12500), (4, 'dac_y', 0),
                                     (5, 'dac_z', 327670), (6, 'dac_u', -327660)):
             expected['temp%d_input' % number] = '%d' % value
             expected['temp%d_label' % number] = name
             expected['temp%d_fault' % number] = '0'
-        self.assertEqual(shown, expected)
+        assert shown == expected
 
     def test_all_channels(self):
         head = self.synced()
         head.send(wire.temperatures(range(100, 2300, 100)))
-        self.assertTrue(self.grown(head, 22))
+        assert self.grown(head, 22)
         shown = head.hwmon()
         for number, name in enumerate(COMPONENTS, 1):
-            self.assertEqual(shown['temp%d_label' % number], name)
-            self.assertEqual(shown['temp%d_input' % number], '%d' % (1000 * number))
+            assert shown['temp%d_label' % number] == name
+            assert shown['temp%d_input' % number] == '%d' % (1000 * number)
 
     def test_it_grows_and_never_shrinks(self):
         head = self.synced()
         head.send(wire.temperatures([2000]))
-        self.assertTrue(self.grown(head, 1))
+        assert self.grown(head, 1)
         head.send(wire.temperatures([None, 2100, 2200]))
-        self.assertTrue(self.grown(head, 3))
+        assert self.grown(head, 3)
         shown = head.hwmon()
-        self.assertEqual([shown['temp%d_input' % number] for number in (1, 2, 3)],
-                         [NODATA, '21000', '22000'])
+        assert [shown['temp%d_input' % number] for number in (1, 2, 3)] == \
+                         [NODATA, '21000', '22000']
         head.send(wire.temperatures([2300]))
         time.sleep(0.3)
         shown = head.hwmon()
-        self.assertEqual([shown['temp%d_input' % number] for number in (1, 2, 3)],
-                         ['23000', NODATA, NODATA])
+        assert [shown['temp%d_input' % number] for number in (1, 2, 3)] == \
+                         ['23000', NODATA, NODATA]
 
     def test_nothing_but_absent_thermometers(self):
         head = self.synced()
         head.send(wire.temperatures([None] * 22))
         time.sleep(0.3)
-        self.assertEqual(head.hwmon(), {})
+        assert head.hwmon() == {}
         head.send(wire.temperatures([None] * 21 + [2500]))
-        self.assertTrue(self.grown(head, 1))
-        self.assertEqual(head.hwmon()['temp22_label'], 'mirror_w')
+        assert self.grown(head, 1)
+        assert head.hwmon()['temp22_label'] == 'mirror_w'
 
     def test_fault(self):
         head = self.synced()
         head.send(wire.temperatures([2500, 2500, 2500]), wire.errors([0, 1, 2]))
-        self.assertTrue(self.grown(head, 3))
+        assert self.grown(head, 3)
         shown = head.hwmon()
-        self.assertEqual([shown['temp%d_fault' % number] for number in (1, 2, 3)],
-                         ['0', '1', '0'])
+        assert [shown['temp%d_fault' % number] for number in (1, 2, 3)] == \
+                         ['0', '1', '0']
         head.send(wire.errors(['temperature']))
         shown = head.hwmon()
-        self.assertEqual([shown['temp%d_fault' % number] for number in (1, 2, 3)],
-                         ['1', '0', '0'])
+        assert [shown['temp%d_fault' % number] for number in (1, 2, 3)] == \
+                         ['1', '0', '0']
 
     def test_parent_and_end(self):
         """It is a child of its own head's, one for each, and goes with it."""
         one, two = self.synced(), self.synced()
         for head in (one, two):
             head.send(wire.temperatures([2500]))
-            self.assertTrue(self.grown(head, 1))
-        self.assertEqual(len(os.listdir('/sys/class/hwmon')), 2)
-        self.assertEqual(os.path.realpath(one.hwmon_path() + '/device'),
-                         os.path.realpath(one.path))
+            assert self.grown(head, 1)
+        assert len(os.listdir('/sys/class/hwmon')) == 2
+        assert os.path.realpath(one.hwmon_path() + '/device') == \
+                         os.path.realpath(one.path)
         one.uart.cut()
-        self.assertTrue(one.gone())
-        self.assertEqual(len(os.listdir('/sys/class/hwmon')), 1)
-        self.assertEqual(two.hwmon()['temp1_input'], '25000')
+        assert one.gone()
+        assert len(os.listdir('/sys/class/hwmon')) == 1
+        assert two.hwmon()['temp1_input'] == '25000'
 
     def test_open_while_it_grows(self):
         """A file of the hwmon device that was replaced says so and does no harm."""
         head = self.synced()
         head.send(wire.temperatures([2500]))
-        self.assertTrue(self.grown(head, 1))
+        assert self.grown(head, 1)
         fd = os.open(head.hwmon_path() + '/temp1_input', os.O_RDONLY)
-        self.addCleanup(os.close, fd)
-        self.assertEqual(os.pread(fd, 99, 0), b'25000\n')
+        self.add_cleanup(os.close, fd)
+        assert os.pread(fd, 99, 0) == b'25000\n'
         head.send(wire.temperatures([2500, 2500]))
-        self.assertTrue(self.grown(head, 2))
-        self.assertEqual(head_rig.error_name(os.pread, fd, 99, 0), 'ENODEV')
+        assert self.grown(head, 2)
+        assert head_rig.error_name(os.pread, fd, 99, 0) == 'ENODEV'
 
 
-class Pollers(Case):
+class TestPollers(Case):
     def test_in_sync(self):
         head = self.attach()
         waker = self.waker(head, 'in_sync')
-        self.assertFalse(waker.woken(0.3))
+        assert not waker.woken(0.3)
         head.sync()
-        self.assertTrue(waker.woken())
+        assert waker.woken()
         head.send(wire.vendor('ACME'), wire.temperatures([2500]))
-        self.assertFalse(waker.woken(0.5))
+        assert not waker.woken(0.5)
         head.send(b'junk')
-        self.assertTrue(waker.woken())
-        self.assertEqual(waker.look(), '0\n')
+        assert waker.woken()
+        assert waker.look() == '0\n'
 
     def test_errors(self):
         head = self.synced()
         dsp, other = self.waker(head, 'errors/dsp'), self.waker(head, 'errors/head')
         head.send(wire.errors([0, 1]))
-        self.assertTrue(dsp.woken())
-        self.assertEqual(dsp.look(), 'temperature\n')
-        self.assertFalse(other.woken(0.3))
+        assert dsp.woken()
+        assert dsp.look() == 'temperature\n'
+        assert not other.woken(0.3)
         head.send(wire.errors([0, 1]))
-        self.assertFalse(dsp.woken(0.5))            # no change
+        assert not dsp.woken(0.5)            # no change
         head.send(wire.errors([3]))
-        self.assertTrue(dsp.woken())
-        self.assertTrue(other.woken())
-        self.assertEqual((other.look(), dsp.look()), ('range\n', NODATA))
+        assert dsp.woken()
+        assert other.woken()
+        assert (other.look(), dsp.look()) == ('range\n', NODATA)
 
     def test_the_head_goes(self):
         head = self.synced()
         waker = self.waker(head, 'in_sync')
         head.uart.cut()
-        self.assertTrue(head.gone())
-        self.assertTrue(waker.woken())
-        self.assertEqual(waker.look(), 'ENODEV')
+        assert head.gone()
+        assert waker.woken()
+        assert waker.look() == 'ENODEV'
 
 
-class Events(Case):
+class TestEvents(Case):
     def test_coming_and_going(self):
         events = self.uevents('xy3', 'tty')
         head = self.attach()
-        self.assertEqual([(event['ACTION'], event['SUBSYSTEM'], event.get('DEVNAME'))
-                          for event in events.take()],
-                         [('add', 'xy3', None), ('add', 'tty', 'xy3-0')])
+        assert [(event['ACTION'], event['SUBSYSTEM'], event.get('DEVNAME'))
+                          for event in events.take()] == \
+                         [('add', 'xy3', None), ('add', 'tty', 'xy3-0')]
         head.uart.cut()
-        self.assertTrue(head.gone())
-        self.assertEqual([(event['ACTION'], event['SUBSYSTEM'], event.get('DEVNAME'))
-                          for event in events.take()],
-                         [('remove', 'tty', 'xy3-0'), ('remove', 'xy3', None)])
+        assert head.gone()
+        assert [(event['ACTION'], event['SUBSYSTEM'], event.get('DEVNAME'))
+                          for event in events.take()] == \
+                         [('remove', 'tty', 'xy3-0'), ('remove', 'xy3', None)]
 
     def test_sync(self):
         head = self.attach()
         events = self.uevents()
         head.sync()
-        self.assertEqual(events.told(), [{'EVENT': 'sync', 'IN_SYNC': '1'}])
+        assert events.told() == [{'EVENT': 'sync', 'IN_SYNC': '1'}]
         head.send(b'junk')
-        self.assertEqual(events.told(), [{'EVENT': 'sync', 'IN_SYNC': '0'}])
+        assert events.told() == [{'EVENT': 'sync', 'IN_SYNC': '0'}]
         head.send(b'more junk')
-        self.assertEqual(events.told(), [])
+        assert events.told() == []
 
     def test_sync_for_a_moment(self):
         """Lost and found in one piece of data: told as found."""
         head = self.synced()
         events = self.uevents()
         head.send(b'junk' + head_rig.GOOD)
-        self.assertEqual(events.told(), [{'EVENT': 'sync', 'IN_SYNC': '1'}])
+        assert events.told() == [{'EVENT': 'sync', 'IN_SYNC': '1'}]
 
     def test_errors(self):
         head = self.synced()
         events = self.uevents()
         head.send(wire.errors([0, 0, 0]))
-        self.assertEqual(events.told(), [])         # all is well, as was supposed
+        assert events.told() == []         # all is well, as was supposed
         head.send(wire.errors([0, 1, 100]))
-        self.assertEqual(events.told(), [
+        assert events.told() == [
             {'EVENT': 'error', 'COMPONENT': 'dsp', 'ERROR': 'temperature', 'ERROR_CODE': '1'},
-            {'EVENT': 'error', 'COMPONENT': 'dac_x', 'ERROR': '100', 'ERROR_CODE': '100'}])
+            {'EVENT': 'error', 'COMPONENT': 'dac_x', 'ERROR': '100', 'ERROR_CODE': '100'}]
         head.send(wire.errors([0, 1, 100]), wire.errors([0, 1, 100]))
-        self.assertEqual(events.told(), [])
+        assert events.told() == []
         head.send(wire.errors([0]))
-        self.assertEqual(events.told(), [
+        assert events.told() == [
             {'EVENT': 'error', 'COMPONENT': 'dsp', 'ERROR': 'none', 'ERROR_CODE': '0'},
-            {'EVENT': 'error', 'COMPONENT': 'dac_x', 'ERROR': 'none', 'ERROR_CODE': '0'}])
+            {'EVENT': 'error', 'COMPONENT': 'dac_x', 'ERROR': 'none', 'ERROR_CODE': '0'}]
 
     def test_identity(self):
         head = self.synced()
@@ -317,14 +317,14 @@ class Events(Case):
         for name, kind in TEXTS.items():
             head.send(wire.packet(kind, b'first'))
             told = events.take()
-            self.assertEqual([(event['ACTION'], event['SUBSYSTEM'], event.get('XY3_EVENT'))
-                              for event in told],
-                             [('change', 'xy3', 'identity'), ('change', 'tty', None)], name)
-            self.assertEqual(told[1]['DEVNAME'], head.name)
+            assert [(event['ACTION'], event['SUBSYSTEM'], event.get('XY3_EVENT'))
+                              for event in told] == \
+                             [('change', 'xy3', 'identity'), ('change', 'tty', None)], name
+            assert told[1]['DEVNAME'] == head.name
             head.send(wire.packet(kind, b'first'))
-            self.assertEqual(events.take(), [], name)
+            assert events.take() == [], name
         head.send(wire.debug('no identity'), wire.hours([5]), wire.temperatures([99]))
-        self.assertEqual(events.told(), [])
+        assert events.told() == []
 
     def test_flapping(self):
         """However often it changes: one round in 100 ms, and the last one tells how it ended."""
@@ -341,11 +341,11 @@ class Events(Case):
             told = events.told()
             rounds = (time.monotonic() - began) / 0.1 + 2
             of_dsp = [event for event in told if event['COMPONENT'] == 'dsp']
-            self.assertLessEqual(len(of_dsp), rounds)
-            self.assertLessEqual(len(told), 2 * rounds)
-            self.assertGreaterEqual(len(of_dsp), least)
+            assert len(of_dsp) <= rounds
+            assert len(told) <= 2 * rounds
+            assert len(of_dsp) >= least
             last = {event['COMPONENT']: event['ERROR'] for event in told}
-            self.assertEqual(last, {'head': 'range', 'dsp': 'power'})
+            assert last == {'head': 'range', 'dsp': 'power'}
 
     def test_flapping_sync(self):
         head = self.synced()
@@ -355,9 +355,9 @@ class Events(Case):
             head.send(b'junk', head_rig.GOOD)
             time.sleep(0.005)
         told = events.told()
-        self.assertLessEqual(len(told), (time.monotonic() - began) / 0.1 + 2)
-        self.assertGreater(len(told), 5)
-        self.assertEqual(told[-1]['IN_SYNC'], '1')
+        assert len(told) <= (time.monotonic() - began) / 0.1 + 2
+        assert len(told) > 5
+        assert told[-1]['IN_SYNC'] == '1'
 
     def test_udev_replays_it(self):
         """udevadm trigger: the uevent file works, and adds nothing of ours."""
@@ -365,16 +365,16 @@ class Events(Case):
         events = self.uevents()
         write_file(head.path + '/uevent', 'change')
         told = events.take()
-        self.assertEqual([(event['ACTION'], event.get('XY3_EVENT')) for event in told],
-                         [('change', None)])
+        assert [(event['ACTION'], event.get('XY3_EVENT')) for event in told] == \
+                         [('change', None)]
 
 
-class Trace(Case):
-    def setUp(self):
-        super().setUp()
+class TestTrace(Case):
+    def set_up(self):
+        super().set_up()
         for name in ('packet', 'sync', 'frame'):
             write_file(EVENTS + name + '/enable', '1')
-            self.addCleanup(write_file, EVENTS + name + '/enable', '0')
+            self.add_cleanup(write_file, EVENTS + name + '/enable', '0')
         with open(TRACING + 'trace', 'w', encoding='ascii'):
             pass                                    # to open it for writing empties it
 
@@ -390,28 +390,28 @@ class Trace(Case):
     def test_packets_and_sync(self):
         head = self.attach()
         head.send(b'ju' + wire.sync() + wire.packet(0x33, b'\x01\xff') + b'!')
-        self.assertEqual(self.lines(), [
+        assert self.lines() == [
             ('packet', 'xy3-0 type=41 length=0 payload='),
-            ('packet', 'xy3-0 type=33 length=2 payload=01 ff')])
+            ('packet', 'xy3-0 type=33 length=2 payload=01 ff')]
         head.send(wire.sync() + b'H')
         head.send(bytes([0x20, 255]) + bytes(range(255)))
         head.send(b'junk')
         lines = self.lines()[2:]
-        self.assertEqual(lines[-1][0], 'sync')
-        self.assertEqual(lines[-1][1], 'xy3-0 in_sync=0 dropped=%d' % head.stat('dropped_bytes'))
-        self.assertIn(('packet', 'xy3-0 type=20 length=255 payload=' + bytes(range(255)).hex(' ')),
-                      lines)
-        self.assertIn(('sync', 'xy3-0 in_sync=1 dropped=3'), lines)
+        assert lines[-1][0] == 'sync'
+        assert lines[-1][1] == 'xy3-0 in_sync=0 dropped=%d' % head.stat('dropped_bytes')
+        assert ('packet', 'xy3-0 type=20 length=255 payload=' + bytes(range(255)).hex(' ')) in \
+                      lines
+        assert ('sync', 'xy3-0 in_sync=1 dropped=3') in lines
 
     def test_frames(self):
         head = self.synced()
         writer = head.open(os.O_RDWR)
         frames = wire.command_frame('calibrate', 'x') + wire.command_frame('reference', bits=32)
-        self.assertEqual(head_rig.error_name(os.write, writer.fd, frames), 'ENODEV')
-        self.assertEqual(head.set('autocalib', 'on y'), 'ENODEV')
-        self.assertEqual(head_rig.error_name(os.write, writer.fd, b'bad'), 'EINVAL')
+        assert head_rig.error_name(os.write, writer.fd, frames) == 'ENODEV'
+        assert head.set('autocalib', 'on y') == 'ENODEV'
+        assert head_rig.error_name(os.write, writer.fd, b'bad') == 'EINVAL'
         frames = [text for name, text in self.lines() if name == 'frame']
-        self.assertEqual(frames, [
+        assert frames == [
             'xy3-0 error=-19 frames=' + wire.command_frame('calibrate', 'x').hex(' '),
             'xy3-0 error=-19 frames=' + wire.command_frame('reference', bits=32).hex(' '),
-            'xy3-0 error=-19 frames=' + wire.command_frame('autocalib on', 'y').hex(' ')])
+            'xy3-0 error=-19 frames=' + wire.command_frame('autocalib on', 'y').hex(' ')]

@@ -9,7 +9,7 @@ import os
 import struct
 import termios
 import tty
-import unittest
+import case
 
 import head_rig
 import kernel
@@ -152,14 +152,14 @@ def write_all(fd, data, piece):
         done += os.write(fd, data[done:done + piece()])
 
 
-class Case(unittest.TestCase):
+class Case(case.Case):
     def sim(self, *arguments, **keywords):
         load_sim(*arguments, **keywords)
-        self.addCleanup(unload_sim)
+        self.add_cleanup(unload_sim)
 
     def forward(self, *arguments, **keywords):
         """A virtual head, alone."""
         self.sim(*arguments, **keywords)
         forward = Forward()
-        self.addCleanup(forward.close)
+        self.add_cleanup(forward.close)
         return forward

@@ -18,7 +18,7 @@ import subprocess
 import sys
 import termios
 import tty
-import unittest
+import case
 
 import kernel
 from kernel import read_file, wait, write_file
@@ -325,19 +325,17 @@ class Waker:
         return bool(events & select.POLLPRI)
 
 
-class Case(unittest.TestCase):
+class Case(case.Case):
     """A test with the module loaded; what it attaches goes away behind it."""
 
-    maxDiff = None
-
-    def setUp(self):
+    def set_up(self):
         if not kernel.is_loaded(MODULE):
             load()
         if not wait(lambda: not heads()):
             raise AssertionError('heads of another test: %s' % heads())
 
     def closing(self, thing):
-        self.addCleanup(thing.close)
+        self.add_cleanup(thing.close)
         return thing
 
     def attach(self, uart=None, **options):
@@ -355,14 +353,14 @@ class Case(unittest.TestCase):
     def waker(self, head, name):
         return self.closing(Waker('%s/%s' % (head.path, name)))
 
-    def assertCounts(self, head, decoder, lost=0):
+    def assert_counts(self, head, decoder, lost=0):
         """The driver has counted what an independent decoder has."""
-        self.assertEqual(head.stats(), {
+        assert head.stats() == {
             'rx_bytes': decoder.packet_bytes + decoder.dropped + decoder.kept,
             'rx_packets': decoder.packets, 'syncs': decoder.syncs, 'resyncs': decoder.resyncs,
             'dropped_bytes': decoder.dropped, 'bad_lengths': decoder.bad_lengths,
-            'unknown_packets': decoder.unknown, 'line_errors': 0, 'lost_packets': lost})
-        self.assertEqual(head.get('in_sync'), '%d' % decoder.in_sync)
+            'unknown_packets': decoder.unknown, 'line_errors': 0, 'lost_packets': lost}
+        assert head.get('in_sync') == '%d' % decoder.in_sync
 
 
 def run(*words, timeout=20):

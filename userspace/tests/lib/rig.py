@@ -11,7 +11,7 @@ import os
 import select
 import sys
 import time
-import unittest
+import case
 
 import libevdev
 
@@ -225,12 +225,10 @@ def turned(detents):
     return [('EV_REL', 'REL_DIAL', detents)]
 
 
-class Case(unittest.TestCase):
+class Case(case.Case):
     """A test with the driver loaded; what it plugs in is unplugged behind it."""
 
-    maxDiff = None
-
-    def setUp(self):
+    def set_up(self):
         if not loaded():
             load()
 
@@ -241,17 +239,17 @@ class Case(unittest.TestCase):
         return self.plug_rig(Rig(device=UsbPendant(model, **options)), first_frame)
 
     def plug_rig(self, rig, first_frame=True):
-        self.addCleanup(rig.unplug)
+        self.add_cleanup(rig.unplug)
         return rig.plug(first_frame)
 
-    def assertPacket(self, rig, events):
+    def assert_packet(self, rig, events):
         """The next SYN_REPORT brings exactly these events."""
-        self.assertEqual(rig.packet(), events)
+        assert rig.packet() == events
 
-    def assertSilent(self, rig, seconds=0.15):
+    def assert_silent(self, rig, seconds=0.15):
         """No event comes; a report that must make one proves that the node is alive."""
         packet = rig.packet(seconds)
-        self.assertIsNone(packet)
+        assert packet is None
 
 
 class KernelLog:

@@ -15,6 +15,7 @@ import signal
 import subprocess
 import time
 
+from case import row
 import rig
 from rig import find
 
@@ -145,7 +146,7 @@ class Mill:
         return self.process.returncode
 
 
-def setUpModule():
+def setup_module():
     """The lock file of LinuxCNC is in /tmp, which is read-only here, and may hold our own files:
     what of them is wanted has to be read before."""
     rig.load()
@@ -153,7 +154,7 @@ def setUpModule():
     subprocess.run(['mount', '-t', 'tmpfs', 'tmpfs', '/tmp'], check=True)
 
 
-def tearDownModule():
+def teardown_module():
     if Case.mill:
         Case.end()
 
@@ -165,7 +166,7 @@ class Case(rig.Case):
     pendant = None
 
     @classmethod
-    def setUpClass(cls):
+    def setup_class(cls):
         if not Case.mill:
             Case.mill = Mill()
             Case.pendant = rig.Rig()
@@ -221,18 +222,18 @@ class Case(rig.Case):
     def still(self):
         return not is_true('motion.jog-is-active') and float(pin('motion.current-vel')) == 0
 
-    def assertAt(self, axis, wanted):
+    def assert_at(self, axis, wanted):
         """It comes there, and stays there."""
         self.mill.wait(lambda: abs(position(axis) - wanted) < NEAR and self.still())
-        self.assertAlmostEqual(position(axis), wanted, delta=NEAR)
+        assert abs(position(axis)-wanted) < NEAR
 
     def counted(self, detents):
         """The wheel's counts, once they have come to LinuxCNC."""
         wanted = self.before + detents
         self.mill.wait(lambda: int(pin('input.0.rel-dial-counts')) == wanted)
 
-    def setUp(self):
-        super().setUp()
+    def set_up(self):
+        super().set_up()
         self.mill.ready()
         self.be_patient()
         self.before = int(pin('input.0.rel-dial-counts'))
@@ -255,7 +256,7 @@ class Case(rig.Case):
         self.be_patient(0.5)
         return start - 100
 
-    def assertStopped(self, end):
+    def assert_stopped(self, end):
         """Far from where it was to end. What says that it moves may be old after a stop."""
         def rests():
             place = position('x')
@@ -263,21 +264,21 @@ class Case(rig.Case):
             return position('x') == place
 
         self.mill.wait(rests)
-        self.assertGreater(position('x'), end + 10)
+        assert position('x') > end + 10
 
 
-class Wheel(Case):
+class TestWheel(Case):
     def test_a_detent_is_a_step(self):
         for step in ('0.001', '0.01', '0.1', '1'):
             self.step(step)
             for axis, detents in (('x', 5), ('x', -3), ('y', -2), ('z', -4), ('z', 1)):
-                with self.subTest(axis=axis, step=step, detents=detents):
+                with row(axis=axis, step=step, detents=detents):
                     self.select(axis)
                     others = {other: position(other) for other in 'xyz' if other != axis}
                     start = position(axis)
                     self.turn(detents)
-                    self.assertAt(axis, start + detents * float(step))
-                    self.assertEqual({other: position(other) for other in others}, others)
+                    self.assert_at(axis, start + detents * float(step))
+                    assert {other: position(other) for other in others} == others
 
     def test_off_moves_nothing(self):
         self.step('1')
@@ -285,23 +286,23 @@ class Wheel(Case):
         self.turn(20)
         self.counted(20)
         self.select('y')
-        self.assertEqual([position(axis) for axis in 'xyz'], places)
+        assert [position(axis) for axis in 'xyz'] == places
         self.turn(1)
-        self.assertAt('y', places[1] + 1)
-        self.assertEqual(position('x'), places[0])
+        self.assert_at('y', places[1] + 1)
+        assert position('x') == places[0]
 
     def test_another_step_makes_no_jump(self):
         self.step('0.001')
         self.select('x')
         start = position('x')
         self.turn(7)
-        self.assertAt('x', start + 0.007)
+        self.assert_at('x', start + 0.007)
         for step, place in (('0.01', 0.017), ('0.1', 0.117), ('1', 1.117), ('0.001', 1.118)):
             before = position('x')
             self.step(step)
-            self.assertEqual(position('x'), before)
+            assert position('x') == before
             self.turn(1)
-            self.assertAt('x', start + place)
+            self.assert_at('x', start + place)
 
     def test_overrides(self):
         device = self.pendant.device
@@ -313,47 +314,47 @@ class Wheel(Case):
                 self.turn(detents)
                 self.mill.wait(lambda: abs(float(pin(value)) - percent / 100) < NEAR)
                 shown = {'feed': 'feedrate_override', 'spindle': 'spindle_override'}[name]
-                self.assertTrue(self.pendant.shows(shown, percent, PATIENCE))
+                assert self.pendant.shows(shown, percent, PATIENCE)
 
 
-class Display(Case):
+class TestDisplay(Case):
     def test_it_shows_where_the_axis_is(self):
         self.step('0.1')
-        self.assertTrue(self.pendant.shows('step', 100, PATIENCE))
+        assert self.pendant.shows('step', 100, PATIENCE)
         self.select('x')
         end = position('x') + 12.3
         self.turn(123)
-        self.assertAt('x', end)
+        self.assert_at('x', end)
         for name in ('machine_x', 'work_x'):
-            self.assertTrue(self.pendant.shows(name, '%.4f' % end, PATIENCE))
-        self.assertTrue(self.pendant.shows('state', 'idle', PATIENCE))
-        self.assertEqual(self.pendant.device.lcd.faults, [])
+            assert self.pendant.shows(name, '%.4f' % end, PATIENCE)
+        assert self.pendant.shows('state', 'idle', PATIENCE)
+        assert self.pendant.device.lcd.faults == []
 
 
-class Stops(Case):
+class TestStops(Case):
     def test_selector_off(self):
         end = self.long_jog()
         self.select('off')
-        self.assertStopped(end)
+        self.assert_stopped(end)
 
     def test_another_axis(self):
         end = self.long_jog()
         self.select('y')
-        self.assertStopped(end)
+        self.assert_stopped(end)
 
     def test_sleep(self):
         end = self.long_jog()
         self.pendant.device.sleep()
-        self.assertStopped(end)
+        self.assert_stopped(end)
 
     def test_the_display_program_hangs(self):
         """Nobody says any more that the pendant is there."""
         program, = processes('xhc-dro')
         end = self.long_jog()
         os.kill(program, signal.SIGSTOP)
-        self.addCleanup(os.kill, program, signal.SIGCONT)
+        self.add_cleanup(os.kill, program, signal.SIGCONT)
         self.mill.wait(lambda: not is_true('xhc.ok.out'))
-        self.assertStopped(end)
+        self.assert_stopped(end)
         place = position('x')
         self.turn(5)
         self.counted(-95)
@@ -361,7 +362,7 @@ class Stops(Case):
         os.kill(program, signal.SIGCONT)
         self.mill.wait(lambda: is_true('xhc.ok.out'))
         self.turn(1)
-        self.assertAt('x', place + 1)
+        self.assert_at('x', place + 1)
 
     def test_unplugged(self):
         """The selector was at X, and after that is at Y: the wheel does not move X any more."""
@@ -369,7 +370,7 @@ class Stops(Case):
             end = self.long_jog()
             self.pendant.unplug()
             self.mill.wait(lambda: not is_true('xhc.ok.out'))
-            self.assertStopped(end)
+            self.assert_stopped(end)
             places = position('x'), position('y')
             self.pendant.device.pendant.selector = 0
             self.be_patient()
@@ -378,46 +379,46 @@ class Stops(Case):
             self.before = int(pin('input.0.rel-dial-counts'))
             self.select('y')
             self.turn(2)
-            self.assertAt('y', places[1] + 2)
-            self.assertEqual(position('x'), places[0])
+            self.assert_at('y', places[1] + 2)
+            assert position('x') == places[0]
             self.select('x')
             self.turn(30)
-            self.assertAt('x', places[0] + 30)
+            self.assert_at('x', places[0] + 30)
 
 
-class Keys(Case):
+class TestKeys(Case):
     def test_go_to_zero(self):
         self.step('1')
         for axis, detents in (('x', 3), ('z', -5)):
             self.select(axis)
             end = position(axis) + detents
             self.turn(detents)
-            self.assertAt(axis, end)
+            self.assert_at(axis, end)
         self.select('off')
         self.press('Goto zero')
         for axis in 'zx':
-            self.assertAt(axis, 0)
+            self.assert_at(axis, 0)
         self.mill.click('halui.mode.manual')
         self.mill.wait(lambda: is_true('halui.mode.is-manual'))
 
     def test_stop_ends_a_jog(self):
         end = self.long_jog()
         self.press('Stop')
-        self.assertStopped(end)
+        self.assert_stopped(end)
 
     def test_reset_is_the_emergency_stop(self):
         end = self.long_jog()
         self.press('Reset')
         self.mill.wait(lambda: is_true('halui.estop.is-activated'))
-        self.assertStopped(end)
+        self.assert_stopped(end)
         self.mill.ready()
 
 
-class End(Case):
+class TestEnd(Case):
     def test_nothing_stays(self):
         mill = self.mill
-        self.assertEqual(self.end(), 0)
+        assert self.end() == 0
         for name in ('xhc-dro', 'hal_input'):
-            self.assertTrue(find.wait(lambda: not processes(name), 10), name)
-        self.assertNotIn('xhc-dro:', mill.said())
-        self.assertNotIn('Traceback', mill.said())
+            assert find.wait(lambda: not processes(name), 10), name
+        assert 'xhc-dro:' not in mill.said()
+        assert 'Traceback' not in mill.said()

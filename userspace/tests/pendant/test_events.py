@@ -10,6 +10,8 @@ import subprocess
 import threading
 import time
 
+import pytest
+from case import row
 import rig
 from rig import KEY, PARAMETER, Case, pressed, read_file, released, selected, turned, write_file
 from xhc_sim import find
@@ -31,16 +33,16 @@ def hidiocsfeature(size):
     return 0xC0004806 | size << 16
 
 
-class Device(Case):
+class TestDevice(Case):
     def test_identity(self):
         for model, product in (('HB03', 0xEB6E), ('HB04', 0xEB70)):
             pendant = self.plug(model)
             device = pendant.eyes.device
-            self.assertEqual(device.name, 'XHC %s Pendant' % model)
-            self.assertEqual(device.phys, pendant.device.phys)
-            self.assertEqual((device.id['bustype'], device.id['vendor'], device.id['product']),
-                             (3, 0x10CE, product))
-            self.assertEqual(pendant.get('model'), model)
+            assert device.name == 'XHC %s Pendant' % model
+            assert device.phys == pendant.device.phys
+            assert (device.id['bustype'], device.id['vendor'], device.id['product']) == \
+                             (3, 0x10CE, product)
+            assert pendant.get('model') == model
 
     def test_capabilities_are_exactly_these(self):
         device = self.plug().eyes.device
@@ -48,104 +50,104 @@ class Device(Case):
                 for kind, codes in device.evbits.items()}
         have.pop('EV_SYN')
         keys = [KEY[code] for code in range(1, 0x18)] + [KEY[code] for code in range(31, 37)]
-        self.assertEqual(have, {'EV_KEY': sorted(keys), 'EV_REL': ['REL_DIAL'],
-                                'EV_ABS': ['ABS_MISC'], 'EV_MSC': ['MSC_SCAN']})
+        assert have == {'EV_KEY': sorted(keys), 'EV_REL': ['REL_DIAL'],
+                                'EV_ABS': ['ABS_MISC'], 'EV_MSC': ['MSC_SCAN']}
 
     def test_selector_axis(self):
         info = self.plug().eyes.device.absinfo[rig.libevdev.EV_ABS.ABS_MISC]
-        self.assertEqual((info.minimum, info.maximum, info.fuzz, info.flat), (0, 6, 0, 0))
+        assert (info.minimum, info.maximum, info.fuzz, info.flat) == (0, 6, 0, 0)
 
     def test_axis_value_before_and_after_a_report(self):
         pendant = self.plug()
-        self.assertEqual(pendant.eyes.device.value[rig.libevdev.EV_ABS.ABS_MISC], 0)
+        assert pendant.eyes.device.value[rig.libevdev.EV_ABS.ABS_MISC] == 0
         pendant.report(key1=3, selector=0x13)
         pendant.packet()
         later = rig.Eyes(pendant.event_node)
-        self.addCleanup(later.close)
-        self.assertEqual(later.device.value[rig.libevdev.EV_ABS.ABS_MISC], 3)
-        self.assertEqual(later.device.value[rig.libevdev.EV_KEY.BTN_TRIGGER_HAPPY3], 1)
-        self.assertEqual(later.device.value[rig.libevdev.EV_KEY.BTN_TRIGGER_HAPPY33], 1)
+        self.add_cleanup(later.close)
+        assert later.device.value[rig.libevdev.EV_ABS.ABS_MISC] == 3
+        assert later.device.value[rig.libevdev.EV_KEY.BTN_TRIGGER_HAPPY3] == 1
+        assert later.device.value[rig.libevdev.EV_KEY.BTN_TRIGGER_HAPPY33] == 1
 
     def test_reports_flow_before_anybody_opens_the_node(self):
         """The state must be known when a reader comes, so the driver listens from probe on."""
         pendant = self.plug()
         pendant.eyes.close()
         pendant.eyes = None
-        self.assertTrue(pendant.device.opened)
+        assert pendant.device.opened
         pendant.report(selector=0x12)
-        self.assertTrue(rig.find.wait(lambda: pendant.stat('reports') == 1))
+        assert rig.find.wait(lambda: pendant.stat('reports') == 1)
         later = rig.Eyes(pendant.event_node)
-        self.addCleanup(later.close)
-        self.assertEqual(later.device.value[rig.libevdev.EV_ABS.ABS_MISC], 2)
+        self.add_cleanup(later.close)
+        assert later.device.value[rig.libevdev.EV_ABS.ABS_MISC] == 2
 
     def test_two_pendants_differ_by_phys(self):
         one, two = self.plug(), self.plug()
-        self.assertEqual(one.eyes.device.name, two.eyes.device.name)
-        self.assertNotEqual(one.eyes.device.phys, two.eyes.device.phys)
+        assert one.eyes.device.name == two.eyes.device.name
+        assert one.eyes.device.phys != two.eyes.device.phys
         one.report(key1=1)
         two.report(key1=2)
-        self.assertPacket(one, pressed(1))
-        self.assertPacket(two, pressed(2))
+        self.assert_packet(one, pressed(1))
+        self.assert_packet(two, pressed(2))
 
 
-class Keys(Case):
+class TestKeys(Case):
     def test_every_key_goes_down_and_up(self):
         for model in ('HB03', 'HB04'):
             pendant = self.plug(model)
             for code in range(1, 0x18):
-                with self.subTest(model=model, code=code):
+                with row(model=model, code=code):
                     pendant.report(key1=code)
-                    self.assertPacket(pendant, pressed(code))
+                    self.assert_packet(pendant, pressed(code))
                     pendant.report()
-                    self.assertPacket(pendant, released(code))
+                    self.assert_packet(pendant, released(code))
 
     def test_second_slot_is_as_good_as_the_first(self):
         pendant = self.plug()
         for code in range(1, 0x18):
-            with self.subTest(code=code):
+            with row(code=code):
                 pendant.report(key2=code)
-                self.assertPacket(pendant, pressed(code))
+                self.assert_packet(pendant, pressed(code))
                 pendant.report()
-                self.assertPacket(pendant, released(code))
+                self.assert_packet(pendant, released(code))
 
     def test_two_keys(self):
         pendant = self.plug()
         pendant.report(1, 2)
-        self.assertPacket(pendant, pressed(1) + pressed(2))
+        self.assert_packet(pendant, pressed(1) + pressed(2))
         pendant.report(2)
-        self.assertPacket(pendant, released(1))
+        self.assert_packet(pendant, released(1))
         pendant.report()
-        self.assertPacket(pendant, released(2))
+        self.assert_packet(pendant, released(2))
 
     def test_key_in_both_slots_is_down_once(self):
         pendant = self.plug()
         pendant.report(5, 5)
-        self.assertPacket(pendant, pressed(5))
+        self.assert_packet(pendant, pressed(5))
         pendant.report(0, 5)
         pendant.report(5, 0)
-        self.assertSilent(pendant)
+        self.assert_silent(pendant)
         pendant.report()
-        self.assertPacket(pendant, released(5))
+        self.assert_packet(pendant, released(5))
 
     def test_swapped_slots_say_nothing(self):
         pendant = self.plug()
         pendant.report(7, 9)
-        self.assertPacket(pendant, pressed(7) + pressed(9))
+        self.assert_packet(pendant, pressed(7) + pressed(9))
         for _ in range(3):
             pendant.report(9, 7)
             pendant.report(7, 9)
-        self.assertSilent(pendant)
+        self.assert_silent(pendant)
         pendant.report(9, 0)
-        self.assertPacket(pendant, released(7))
+        self.assert_packet(pendant, released(7))
 
     def test_up_before_down(self):
         pendant = self.plug()
         pendant.report(1, 2)
         pendant.packet()
         pendant.report(3, 4)
-        self.assertPacket(pendant, released(1) + released(2) + pressed(3) + pressed(4))
+        self.assert_packet(pendant, released(1) + released(2) + pressed(3) + pressed(4))
         pendant.report(4, 0x17)
-        self.assertPacket(pendant, released(3) + pressed(0x17))
+        self.assert_packet(pendant, released(3) + pressed(0x17))
 
     def test_same_report_again_says_nothing(self):
         pendant = self.plug()
@@ -153,40 +155,40 @@ class Keys(Case):
         pendant.packet()
         for _ in range(5):
             pendant.report(1, 0, 0x11)
-        self.assertSilent(pendant)
+        self.assert_silent(pendant)
 
     def test_unknown_code(self):
         pendant = self.plug()
         for number, code in enumerate((0x18, 0x20, 0x21, 0x26, 0x7F, 0x80, 0xFF), 1):
-            with self.subTest(code=code):
+            with row(code=code):
                 pendant.report(code)
-                self.assertPacket(pendant, [('EV_MSC', 'MSC_SCAN', code)])
+                self.assert_packet(pendant, [('EV_MSC', 'MSC_SCAN', code)])
                 pendant.report(code)
                 pendant.report()
-                self.assertSilent(pendant, 0.05)
-                self.assertEqual(pendant.stat('unknown_keys'), number)
+                self.assert_silent(pendant, 0.05)
+                assert pendant.stat('unknown_keys') == number
 
     def test_unknown_code_beside_a_key(self):
         pendant = self.plug()
         pendant.report(0x99, 4)
         packet = pendant.packet()
-        self.assertIn(('EV_MSC', 'MSC_SCAN', 0x99), packet)
-        self.assertEqual(packet[-2:], pressed(4))
+        assert ('EV_MSC', 'MSC_SCAN', 0x99) in packet
+        assert packet[-2:] == pressed(4)
         pendant.report(4)
-        self.assertSilent(pendant)
-        self.assertEqual(pendant.stat('unknown_keys'), 1)
+        self.assert_silent(pendant)
+        assert pendant.stat('unknown_keys') == 1
 
 
-class Selector(Case):
+class TestSelector(Case):
     def turn_through(self, pendant, table):
         was = 0
         for code, now in list(table.items()) + [(0x11, 1), (0, 0)]:
-            with self.subTest(code='%#04x' % code):
+            with row(code='%#04x' % code):
                 pendant.report(selector=code)
                 if now != was:
-                    self.assertPacket(pendant, selected(was, now))
+                    self.assert_packet(pendant, selected(was, now))
                 was = now
-        self.assertEqual(pendant.stat('unknown_keys'), 0)
+        assert pendant.stat('unknown_keys') == 0
 
     def test_hb03(self):
         self.turn_through(self.plug('HB03'), SELECTOR['HB03'])
@@ -197,7 +199,7 @@ class Selector(Case):
     def test_swap_feed_spindle(self):
         swap = {5: 6, 6: 5}
         write_file(PARAMETER, 'Y')
-        self.addCleanup(write_file, PARAMETER, 'N')
+        self.add_cleanup(write_file, PARAMETER, 'N')
         for model, table in SELECTOR.items():
             swapped = {code: swap.get(position, position) for code, position in table.items()}
             self.turn_through(self.plug(model), swapped)
@@ -205,26 +207,26 @@ class Selector(Case):
     def test_swap_feed_spindle_is_a_load_parameter(self):
         rig.unload()
         rig.load('swap_feed_spindle=1')
-        self.addCleanup(rig.load)
-        self.addCleanup(rig.unload)
-        self.assertEqual(read_file(PARAMETER), 'Y\n')
+        self.add_cleanup(rig.load)
+        self.add_cleanup(rig.unload)
+        assert read_file(PARAMETER) == 'Y\n'
         pendant = self.plug('HB04')
         pendant.report(selector=0x14)
-        self.assertPacket(pendant, selected(0, 5))
+        self.assert_packet(pendant, selected(0, 5))
         pendant.unplug()
 
     def test_unknown_code_is_off(self):
         pendant = self.plug()
         pendant.report(selector=0x11)
-        self.assertPacket(pendant, selected(0, 1))
+        self.assert_packet(pendant, selected(0, 1))
         pendant.report(selector=0x16)
-        self.assertPacket(pendant, selected(1, 0))
-        self.assertEqual(pendant.stat('unknown_keys'), 1)
+        self.assert_packet(pendant, selected(1, 0))
+        assert pendant.stat('unknown_keys') == 1
         pendant.report(selector=0x16)
-        self.assertSilent(pendant, 0.05)
-        self.assertEqual(pendant.stat('unknown_keys'), 1)
+        self.assert_silent(pendant, 0.05)
+        assert pendant.stat('unknown_keys') == 1
         pendant.report(selector=0x12)
-        self.assertPacket(pendant, selected(0, 2))
+        self.assert_packet(pendant, selected(0, 2))
 
     def test_every_other_code_is_off(self):
         for model, table in SELECTOR.items():
@@ -232,54 +234,54 @@ class Selector(Case):
             unknown = [code for code in range(256) if code not in table]
             for code in unknown:
                 pendant.report(selector=0x11)
-                self.assertPacket(pendant, selected(0, 1))
+                self.assert_packet(pendant, selected(0, 1))
                 pendant.report(selector=code)
-                self.assertPacket(pendant, selected(1, 0))
-            self.assertEqual(pendant.stat('unknown_keys'), len(unknown))
+                self.assert_packet(pendant, selected(1, 0))
+            assert pendant.stat('unknown_keys') == len(unknown)
 
 
-class Wheel(Case):
+class TestWheel(Case):
     def test_every_value(self):
         pendant = self.plug()
         for detents in range(-128, 128):
             if detents:
                 pendant.report(wheel=detents)
-                self.assertPacket(pendant, turned(detents))
+                self.assert_packet(pendant, turned(detents))
 
     def test_each_report_counts(self):
         pendant = self.plug()
         for _ in range(10):
             pendant.report(wheel=-3)
-        self.assertEqual([pendant.packet() for _ in range(10)], [turned(-3)] * 10)
+        assert [pendant.packet() for _ in range(10)] == [turned(-3)] * 10
 
     def test_a_busy_reader_loses_nothing(self):
         """A second of reports at the bus's full rate that nobody reads meanwhile."""
         pendant = self.plug()
         for number in range(500):
             pendant.report(wheel=1 if number % 3 else -1)
-        self.assertTrue(find.wait(lambda: pendant.stat('reports') == 500, 5))
-        self.assertEqual([pendant.packet() for _ in range(500)],
-                         [turned(1 if number % 3 else -1) for number in range(500)])
+        assert find.wait(lambda: pendant.stat('reports') == 500, 5)
+        assert [pendant.packet() for _ in range(500)] == \
+                         [turned(1 if number % 3 else -1) for number in range(500)]
 
     def test_zero_says_nothing(self):
         pendant = self.plug()
         pendant.report(wheel=0)
-        self.assertSilent(pendant)
-        self.assertEqual(pendant.stat('reports'), 1)
+        self.assert_silent(pendant)
+        assert pendant.stat('reports') == 1
 
 
-class Order(Case):
+class TestOrder(Case):
     def test_selector_keys_wheel(self):
         pendant = self.plug()
         pendant.report(1, 2, 0x11, 5)
-        self.assertPacket(pendant, selected(0, 1) + pressed(1) + pressed(2) + turned(5))
+        self.assert_packet(pendant, selected(0, 1) + pressed(1) + pressed(2) + turned(5))
         pendant.report(3, 2, 0x12, -5)
-        self.assertPacket(pendant, selected(1, 2) + released(1) + pressed(3) + turned(-5))
+        self.assert_packet(pendant, selected(1, 2) + released(1) + pressed(3) + turned(-5))
         pendant.report(0, 0, 0, 1)
         packet = pendant.packet()
-        self.assertEqual(packet[:2], selected(2, 0))
-        self.assertEqual(packet[-1:], turned(1))
-        self.assertCountEqual(packet[2:-1], released(2) + released(3))
+        assert packet[:2] == selected(2, 0)
+        assert packet[-1:] == turned(1)
+        assert sorted(packet[2:-1]) == sorted(released(2) + released(3))
 
     def test_a_thousand_reports_in_a_row(self):
         pendant = self.plug()
@@ -287,70 +289,70 @@ class Order(Case):
             pendant.report(key1=1 + number % 2, wheel=1)
             if number % 10 == 9:        # evdev's buffer holds some hundred events
                 for _ in range(10):
-                    self.assertEqual(pendant.packet()[-1:], turned(1))
-        self.assertEqual(pendant.stat('reports'), 1000)
-        self.assertEqual(pendant.stat('bad_reports'), 0)
+                    assert pendant.packet()[-1:] == turned(1)
+        assert pendant.stat('reports') == 1000
+        assert pendant.stat('bad_reports') == 0
 
 
-class Sleep(Case):
+class TestSleep(Case):
     def test_all_up_in_one_packet(self):
         pendant = self.plug()
         pendant.report(1, 2, 0x13)
         pendant.packet()
         pendant.asleep()
-        self.assertPacket(pendant, selected(3, 0) + released(1) + released(2))
+        self.assert_packet(pendant, selected(3, 0) + released(1) + released(2))
         pendant.asleep()
-        self.assertSilent(pendant)
+        self.assert_silent(pendant)
 
     def test_awake(self):
         pendant = self.plug()
-        self.assertEqual(pendant.get('awake'), '0')
+        assert pendant.get('awake') == '0'
         pendant.report()
-        self.assertTrue(rig.find.wait(lambda: pendant.get('awake') == '1'))
+        assert rig.find.wait(lambda: pendant.get('awake') == '1')
         pendant.asleep()
-        self.assertTrue(rig.find.wait(lambda: pendant.get('awake') == '0'))
+        assert rig.find.wait(lambda: pendant.get('awake') == '0')
 
     def test_idle_is_not_sleep(self):
         pendant = self.plug()
-        self.assertNotEqual(pendant.device.pendant.day, 0)
+        assert pendant.device.pendant.day != 0
         pendant.report()
         pendant.report(1)
         pendant.packet()
-        self.assertEqual(pendant.get('awake'), '1')
+        assert pendant.get('awake') == '1'
 
     def test_poll_on_awake(self):
         pendant = self.plug()
         with open(pendant.file('awake'), 'rb', buffering=0) as awake:
             poll = select.poll()
             poll.register(awake, select.POLLPRI)
-            self.assertEqual(awake.read(), b'0\n')
+            assert awake.read() == b'0\n'
             poll.poll(0)                # the state before the first read
             awake.seek(0)
             awake.read()
             for report, text in ((pendant.report, b'1\n'), (pendant.asleep, b'0\n')):
-                self.assertEqual(poll.poll(100), [])
+                assert poll.poll(100) == []
                 report()
-                self.assertTrue(poll.poll(2000), 'poll() does not wake')
+                assert poll.poll(2000), 'poll() does not wake'
                 awake.seek(0)
-                self.assertEqual(awake.read(), text)
+                assert awake.read() == text
 
     def test_node_stays_while_asleep(self):
         pendant = self.plug()
         pendant.report(selector=0x11)
         pendant.asleep()
         pendant.report(selector=0x11, wheel=1)
-        self.assertEqual([pendant.packet() for _ in range(3)],
-                         [selected(0, 1), selected(1, 0), selected(0, 1) + turned(1)])
+        assert [pendant.packet() for _ in range(3)] == \
+                         [selected(0, 1), selected(1, 0), selected(0, 1) + turned(1)]
 
 
-class Letting(Case):
+class TestLetting(Case):
     """All up and off when the pendant or its driver goes: nothing may go on moving."""
 
     def going(self, go):
         """Events that a reader gets while go() takes the device away."""
         pendant = self.plug()
         pendant.report(1, 2, 0x12)
-        self.assertPacket(pendant, selected(0, 2) + pressed(1) + pressed(2))
+        self.assert_packet(pendant, selected(0, 2) + pressed(1) + pressed(2))
         fd, events = os.dup(pendant.eyes.fd), []
         pendant.eyes.close()
         pendant.eyes = None
@@ -375,9 +377,9 @@ class Letting(Case):
         go(pendant)
         reader.join(10)
         os.close(fd)
-        self.assertEqual(events, [
+        assert events == [
             (3, 0x28, 0), (1, 0x2DF, 0),            # ABS_MISC, BTN_TRIGGER_HAPPY32
-            (4, 4, 1), (1, 0x2C0, 0), (4, 4, 2), (1, 0x2C1, 0), (0, 0, 0)])
+            (4, 4, 1), (1, 0x2C0, 0), (4, 4, 2), (1, 0x2C1, 0), (0, 0, 0)]
 
     def test_unplug(self):
         self.going(lambda pendant: pendant.device.unplug())
@@ -386,11 +388,11 @@ class Letting(Case):
         self.going(lambda pendant: pendant.unbind())
 
     def test_module_removal(self):
-        self.addCleanup(rig.load)
+        self.add_cleanup(rig.load)
         self.going(lambda pendant: rig.unload())
 
 
-class Remap(Case):
+class TestRemap(Case):
     def entry(self, pendant, scan):
         """-> key code of a scan code by both ioctls"""
         old = struct.pack('<II', scan, 0)
@@ -398,7 +400,7 @@ class Remap(Case):
         new = KEYMAP_ENTRY.pack(0, 4, 0, 0, struct.pack('<I', scan))
         new = fcntl.ioctl(pendant.eyes.fd, EVIOCGKEYCODE_V2, new)
         code = struct.unpack('<II', old)[1]
-        self.assertEqual(KEYMAP_ENTRY.unpack(new)[3], code)
+        assert KEYMAP_ENTRY.unpack(new)[3] == code
         return code
 
     def remap(self, pendant, scan, code):
@@ -409,37 +411,37 @@ class Remap(Case):
     def test_keymap(self):
         pendant = self.plug()
         for scan in range(1, 0x18):
-            self.assertEqual(self.entry(pendant, scan), BTN_TRIGGER_HAPPY1 + scan - 1)
+            assert self.entry(pendant, scan) == BTN_TRIGGER_HAPPY1 + scan - 1
         for position in range(1, 7):
-            self.assertEqual(self.entry(pendant, 0x20 + position),
-                             BTN_TRIGGER_HAPPY1 + 30 + position - 1)
+            assert self.entry(pendant, 0x20 + position) == \
+                             BTN_TRIGGER_HAPPY1 + 30 + position - 1
         for scan in (0x27, 0x100, 0xFFFFFFFF):
-            with self.assertRaises(OSError):
+            with pytest.raises(OSError):
                 self.entry(pendant, scan)
 
     def test_key(self):
         pendant = self.plug()
         self.remap(pendant, 0x04, KEY_A)
-        self.assertEqual(self.entry(pendant, 0x04), KEY_A)
+        assert self.entry(pendant, 0x04) == KEY_A
         pendant.report(0x04)
-        self.assertPacket(pendant, pressed(4, 'KEY_A'))
+        self.assert_packet(pendant, pressed(4, 'KEY_A'))
         pendant.report()
-        self.assertPacket(pendant, released(4, 'KEY_A'))
+        self.assert_packet(pendant, released(4, 'KEY_A'))
 
     def test_by_the_old_ioctl(self):
         pendant = self.plug()
         fcntl.ioctl(pendant.eyes.fd, EVIOCSKEYCODE, struct.pack('<II', 0x05, KEY_B))
         pendant.look_again()
         pendant.report(0x05)
-        self.assertPacket(pendant, pressed(5, 'KEY_B'))
+        self.assert_packet(pendant, pressed(5, 'KEY_B'))
 
     def test_selector_button(self):
         pendant = self.plug()
         self.remap(pendant, 0x21, KEY_A)
         pendant.report(selector=0x11)
-        self.assertPacket(pendant, [('EV_ABS', 'ABS_MISC', 1), ('EV_KEY', 'KEY_A', 1)])
+        self.assert_packet(pendant, [('EV_ABS', 'ABS_MISC', 1), ('EV_KEY', 'KEY_A', 1)])
         pendant.report()
-        self.assertPacket(pendant, [('EV_ABS', 'ABS_MISC', 0), ('EV_KEY', 'KEY_A', 0)])
+        self.assert_packet(pendant, [('EV_ABS', 'ABS_MISC', 0), ('EV_KEY', 'KEY_A', 0)])
 
     def test_while_held_nothing_stays_down(self):
         pendant = self.plug()
@@ -447,11 +449,11 @@ class Remap(Case):
         pendant.packet()
         self.remap(pendant, 0x04, KEY_A)
         self.remap(pendant, 0x21, KEY_B)
-        self.assertEqual(self.down(pendant), [])
+        assert self.down(pendant) == []
         pendant.report(0x04, 0x05, 0x11)
         pendant.report()
         pendant.look_again()
-        self.assertEqual(self.down(pendant), [])
+        assert self.down(pendant) == []
 
     @staticmethod
     def down(pendant):
@@ -464,34 +466,34 @@ class Remap(Case):
         pendant = self.plug()
         self.remap(pendant, 0x02, BTN_TRIGGER_HAPPY1)
         pendant.report(1, 2)
-        self.assertEqual([event for event in pendant.packet() if event[0] == 'EV_KEY'],
-                         [('EV_KEY', KEY[1], 1)])
+        assert [event for event in pendant.packet() if event[0] == 'EV_KEY'] == \
+                         [('EV_KEY', KEY[1], 1)]
         pendant.report(2)
         packet = pendant.packet(0.2) or []
-        self.assertNotIn(('EV_KEY', KEY[1], 0), packet)
+        assert ('EV_KEY', KEY[1], 0) not in packet
         pendant.report()
-        self.assertIn(('EV_KEY', KEY[1], 0), pendant.packet())
+        assert ('EV_KEY', KEY[1], 0) in pendant.packet()
 
     def test_for_this_pendant_only(self):
         one, two = self.plug(), self.plug()
         self.remap(one, 1, KEY_A)
         two.report(1)
-        self.assertPacket(two, pressed(1))
+        self.assert_packet(two, pressed(1))
 
 
-class Evtest(Case):
+class TestEvtest(Case):
     def test_stream(self):
         pendant = self.plug()
         evtest = subprocess.Popen(['evtest', pendant.event_node], stdout=subprocess.PIPE,
                                   text=True, env={**os.environ, 'LC_ALL': 'C'})
-        self.addCleanup(evtest.stdout.close)
+        self.add_cleanup(evtest.stdout.close)
         text = ''
         while 'Testing' not in text:
             text += evtest.stdout.readline()
         pendant.report(0x16, 0, 0x11, -2)
         while 'SYN_REPORT' not in text:
             line = evtest.stdout.readline()
-            self.assertTrue(line, 'evtest ended')
+            assert line, 'evtest ended'
             text += line
         evtest.kill()
         evtest.wait()
@@ -499,7 +501,7 @@ class Evtest(Case):
                      'bus 0x3 vendor 0x10ce product 0xeb70', '(ABS_MISC), value 1',
                      '(BTN_TRIGGER_HAPPY31), value 1', '(MSC_SCAN), value 16',
                      '(BTN_TRIGGER_HAPPY22), value 1', '(REL_DIAL), value -2'):
-            self.assertIn(part, text)
+            assert part in text
 
     def query(self, pendant, code):
         return subprocess.run(['evtest', '--query', pendant.event_node, 'EV_KEY', str(code)],
@@ -507,79 +509,79 @@ class Evtest(Case):
 
     def test_query(self):
         pendant = self.plug()
-        self.assertEqual(self.query(pendant, BTN_TRIGGER_HAPPY1), 0)
+        assert self.query(pendant, BTN_TRIGGER_HAPPY1) == 0
         pendant.report(1, 0, 0x12)
         pendant.packet()
-        self.assertEqual(self.query(pendant, BTN_TRIGGER_HAPPY1), EVTEST_DOWN)
-        self.assertEqual(self.query(pendant, BTN_TRIGGER_HAPPY1 + 31), EVTEST_DOWN)
-        self.assertEqual(self.query(pendant, BTN_TRIGGER_HAPPY1 + 30), 0)
+        assert self.query(pendant, BTN_TRIGGER_HAPPY1) == EVTEST_DOWN
+        assert self.query(pendant, BTN_TRIGGER_HAPPY1 + 31) == EVTEST_DOWN
+        assert self.query(pendant, BTN_TRIGGER_HAPPY1 + 30) == 0
         pendant.asleep()
         pendant.packet()
-        self.assertEqual(self.query(pendant, BTN_TRIGGER_HAPPY1), 0)
-        self.assertEqual(self.query(pendant, BTN_TRIGGER_HAPPY1 + 31), 0)
+        assert self.query(pendant, BTN_TRIGGER_HAPPY1) == 0
+        assert self.query(pendant, BTN_TRIGGER_HAPPY1 + 31) == 0
 
 
-class Hidraw(Case):
+class TestHidraw(Case):
     def open(self, pendant):
         fd = os.open(pendant.hidraw_node, os.O_RDWR | os.O_NONBLOCK)
-        self.addCleanup(os.close, fd)
+        self.add_cleanup(os.close, fd)
         return fd
 
     def test_sees_what_evdev_sees(self):
         pendant = self.plug()
         fd = self.open(pendant)
         pendant.report(2, 0, 0x11, 1)
-        self.assertPacket(pendant, selected(0, 1) + pressed(2) + turned(1))
-        self.assertEqual(os.read(fd, 64), bytes([4, 2, 0, 0x11, 1,
-                                                 pendant.device.pendant.day ^ 2]))
+        self.assert_packet(pendant, selected(0, 1) + pressed(2) + turned(1))
+        assert os.read(fd, 64) == bytes([4, 2, 0, 0x11, 1,
+                                                 pendant.device.pendant.day ^ 2])
 
     def test_feature_report(self):
         pendant = self.plug()
         pendant.settle()
         before = len(pendant.device.set_reports)
         fcntl.ioctl(self.open(pendant), hidiocsfeature(8), bytearray(b'\x06abcdefg'))
-        self.assertEqual([report.data for report in
-                          list(pendant.device.set_reports)[before:]], [b'\x06abcdefg'])
+        assert [report.data for report in
+                          list(pendant.device.set_reports)[before:]] == [b'\x06abcdefg']
 
     def test_descriptor_is_the_devices_own(self):
         pendant = self.plug()
         descriptor = bytearray(4 + 4096)
         struct.pack_into('<I', descriptor, 0, 46)
         fcntl.ioctl(self.open(pendant), 0x90044802, descriptor)
-        self.assertEqual(bytes(descriptor[4:50]), pendant.device.model.report_descriptor)
+        assert bytes(descriptor[4:50]) == pendant.device.model.report_descriptor
 
     def test_unplug_while_open(self):
         pendant = self.plug()
         fd = self.open(pendant)
         pendant.unplug()
-        with self.assertRaises(OSError):
+        with pytest.raises(OSError):
             fcntl.ioctl(fd, hidiocsfeature(8), bytearray(b'\x06abcdefg'))
 
 
-class Counters(Case):
+class TestCounters(Case):
     def test_reports(self):
         pendant = self.plug()
         for _ in range(7):
             pendant.report()
-        self.assertTrue(rig.find.wait(lambda: pendant.stat('reports') == 7))
-        self.assertEqual(pendant.stat('bad_reports'), 0)
-        self.assertEqual(pendant.stat('xor_mismatches'), 0)
+        assert rig.find.wait(lambda: pendant.stat('reports') == 7)
+        assert pendant.stat('bad_reports') == 0
+        assert pendant.stat('xor_mismatches') == 0
 
     def test_xor_mismatch_is_counted_and_not_dropped(self):
         pendant = self.plug()
         day = pendant.device.pendant.day
         pendant.report(1, day=day ^ 5)
-        self.assertPacket(pendant, pressed(1))
+        self.assert_packet(pendant, pressed(1))
         pendant.report(2)
-        self.assertPacket(pendant, released(1) + pressed(2))
-        self.assertEqual(pendant.stat('xor_mismatches'), 1)
+        self.assert_packet(pendant, released(1) + pressed(2))
+        assert pendant.stat('xor_mismatches') == 1
 
     def test_report_before_the_frame_has_returned_is_no_mismatch(self):
         pendant = self.plug()
         pendant.device.on_frame = lambda picture: pendant.report(1, day=picture.day)
         pendant.set('day', str(pendant.device.pendant.day % 28 + 1))
-        self.assertPacket(pendant, pressed(1))
-        self.assertEqual(pendant.stat('xor_mismatches'), 0)
+        self.assert_packet(pendant, pressed(1))
+        assert pendant.stat('xor_mismatches') == 0
 
     def test_sleep_is_no_mismatch(self):
         pendant = self.plug()
@@ -587,11 +589,11 @@ class Counters(Case):
         pendant.asleep()
         pendant.packet()
         pendant.packet()
-        self.assertEqual(pendant.stat('xor_mismatches'), 0)
+        assert pendant.stat('xor_mismatches') == 0
 
     def test_each_pendant_counts_for_itself(self):
         one, two = self.plug(), self.plug()
         one.report(0x80)
         one.packet()
-        self.assertEqual((one.stat('reports'), two.stat('reports')), (1, 0))
-        self.assertEqual((one.stat('unknown_keys'), two.stat('unknown_keys')), (1, 0))
+        assert (one.stat('reports'), two.stat('reports')) == (1, 0)
+        assert (one.stat('unknown_keys'), two.stat('unknown_keys')) == (1, 0)

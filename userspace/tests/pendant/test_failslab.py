@@ -22,9 +22,9 @@ class FaultCase(Case):
         return self.plug_rig(rig.Rig(device=HidGadgetPendant(model)))
 
 
-class Walk(FaultCase):
-    def setUp(self):
-        super().setUp()
+class TestWalk(FaultCase):
+    def set_up(self):
+        super().set_up()
         setup_failslab()
 
     def report(self, what, count, outcomes):
@@ -35,11 +35,11 @@ class Walk(FaultCase):
         pendant.settle()
         pendant.look_again()
         pendant.report(1)
-        self.assertPacket(pendant, pressed(1))
+        self.assert_packet(pendant, pressed(1))
         pendant.asleep()
         pendant.packet()
         pendant.set('work_x', '1.5')
-        self.assertEqual(float(pendant.flush()['work_x']), 1.5)
+        assert float(pendant.flush()['work_x']) == 1.5
 
     def bind_walk(self, pendant, least):
         """The probe runs in the thread that writes to bind."""
@@ -50,19 +50,19 @@ class Walk(FaultCase):
 
         def after(failure):
             has_driver = find.driver(pendant.path) == 'hid-xhc'
-            self.assertEqual(has_driver, failure is None, failure)
-            self.assertEqual(os.path.exists(pendant.path + '/dro'), has_driver)
+            assert has_driver == (failure is None), failure
+            assert os.path.exists(pendant.path + '/dro') == has_driver
             if has_driver:
                 bound.append(True)
                 pendant.unbind()
 
         count, outcomes = walk(pendant.bind, after)
         self.report('bind', count, outcomes)
-        self.assertGreater(count, least)
-        self.assertGreater(outcomes.get('ENOMEM', 0), 10)
-        self.assertTrue(bound)
+        assert count > least
+        assert outcomes.get('ENOMEM', 0) > 10
+        assert bound
         pendant.bind()
-        self.assertTrue(find.wait(pendant._nodes))
+        assert find.wait(pendant._nodes)
         pendant.eyes = rig.Eyes(pendant.event_node)
         self.works(pendant)
 
@@ -89,7 +89,7 @@ class Walk(FaultCase):
         count, outcomes = walk(attempt, after)
         os.close(fds.pop())
         self.report('create', count, outcomes)
-        self.assertGreater(count, 2)
+        assert count > 2
         self.works(self.plug())
 
     def test_unbind(self):
@@ -100,7 +100,7 @@ class Walk(FaultCase):
 
         def after(failure):
             if failure is None:
-                self.assertFalse(os.path.exists(pendant.path + '/dro'))
+                assert not os.path.exists(pendant.path + '/dro')
                 pendant.bind()
 
         count, outcomes = walk(pendant.unbind, after)
@@ -120,22 +120,25 @@ class Walk(FaultCase):
             pendant.set(name, old)
 
             def after(failure, name=name, old=old, new=new):
-                self.assertEqual(pendant.get(name), old if failure else new)
+                assert pendant.get(name) == (old if failure else new)
                 pendant.set(name, old)
 
             path = pendant.file(name)
             count, outcomes = walk(lambda path=path, new=new: write_file(path, new), after)
             self.report(name, count, outcomes)
             total += count
-        self.assertGreater(total, len(values))
+        assert total > len(values)
         self.works(pendant)
 
     def test_read(self):
         pendant = self.plug()
         for name in ('position', 'state', 'step_available', 'reports', 'awake'):
             good, path = pendant.get(name), pendant.file(name)
-            walk(lambda path=path: read_file(path),
-                 lambda failure, name=name, good=good: self.assertEqual(pendant.get(name), good))
+
+            def still_good(_failure, name=name, good=good):
+                assert pendant.get(name) == good
+
+            walk(lambda path=path: read_file(path), still_good)
 
     def test_flush(self):
         pendant = self.plug()
@@ -153,12 +156,12 @@ class Walk(FaultCase):
         rig.unload()
         device = UhidPendant('HB04')
         device.plug()
-        self.addCleanup(device.unplug)
+        self.add_cleanup(device.unplug)
         path = find.wait(lambda: find.hid_directory(device.phys))
-        self.assertTrue(find.wait(lambda: find.driver(path)))
+        assert find.wait(lambda: find.driver(path))
 
         def after(failure):
-            self.assertEqual(rig.loaded(), failure is None, failure)
+            assert rig.loaded() == (failure is None), failure
             if failure is None:
                 rig.unload()
 
@@ -166,9 +169,9 @@ class Walk(FaultCase):
         count, outcomes = walk(rig.load, after)
         setup_failslab()
         self.report('insmod', count, outcomes)
-        self.assertGreater(count, 100)
+        assert count > 100
         rig.load()
-        self.assertTrue(find.wait(lambda: find.driver(path) == 'hid-xhc'))
+        assert find.wait(lambda: find.driver(path) == 'hid-xhc')
 
     def test_open_and_ioctl(self):
         pendant = self.plug()
@@ -181,12 +184,12 @@ class Walk(FaultCase):
         self.works(pendant)
 
 
-class Worker(FaultCase):
+class TestWorker(FaultCase):
     """Allocations beneath the driver's own code fail at random, in whatever thread."""
 
-    def setUp(self):
-        super().setUp()
-        self.addCleanup(setup_failslab)
+    def set_up(self):
+        super().set_up()
+        self.add_cleanup(setup_failslab)
 
     def frames(self, pendant):
         setup_failslab(*module_range(rig.MODULE))
@@ -195,11 +198,11 @@ class Worker(FaultCase):
         setup_failslab()
         failed = len(results) - results.count(None)
         print('    %d of %d frames failed' % (failed, len(results)))
-        self.assertGreater(failed, 5)
-        self.assertGreater(results.count(None), 1)
-        self.assertGreaterEqual(pendant.stat('frame_errors'), failed)
+        assert failed > 5
+        assert results.count(None) > 1
+        assert pendant.stat('frame_errors') >= failed
         pendant.set('work_x', '1')
-        self.assertEqual(pendant.flush()['work_x'], '1.0000')
+        assert pendant.flush()['work_x'] == '1.0000'
 
     def test_frames_uhid(self):
         self.frames(self.plug())
@@ -214,5 +217,5 @@ class Worker(FaultCase):
         write_file(FAILSLAB + 'probability', '100')
         for code in range(1, 0x18):
             pendant.report(code)
-            self.assertPacket(pendant, (released(code - 1) if code > 1 else []) + pressed(code))
+            self.assert_packet(pendant, (released(code - 1) if code > 1 else []) + pressed(code))
         setup_failslab()

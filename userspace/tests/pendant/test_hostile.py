@@ -6,6 +6,8 @@ import os
 import threading
 import time
 
+import pytest
+from case import row
 import rig
 from descriptors import ACCEPTED, REFUSED
 from rig import Case, KernelLog, pressed, selected
@@ -14,7 +16,7 @@ from xhc_sim.models import MODELS, REPORT_DESCRIPTOR
 from xhc_sim.uhid import UhidPendant
 
 
-class Descriptors(Case):
+class TestDescriptors(Case):
     def refused(self, descriptor, product=None):
         """-> whether the driver leaves a device with this descriptor alone"""
         device = UhidPendant('HB04', report_descriptor=descriptor, product=product)
@@ -38,35 +40,35 @@ class Descriptors(Case):
 
     def test_refused(self):
         for name, descriptor in REFUSED.items():
-            with self.subTest(name):
-                self.assertTrue(self.refused(descriptor))
+            with row(name):
+                assert self.refused(descriptor)
 
     def test_one_line_for_a_refusal(self):
         log = KernelLog()
-        self.addCleanup(log.close)
+        self.add_cleanup(log.close)
         device = UhidPendant('HB04', report_descriptor=REFUSED['no feature report'])
         device.plug()
-        self.assertTrue(find.wait(lambda: find.hid_directory(device.phys)))
+        assert find.wait(lambda: find.hid_directory(device.phys))
         time.sleep(0.2)
         device.unplug()
         lines = [line for line in log.lines() if 'hid-xhc' in line]
-        self.assertEqual(len(lines), 1, lines)
+        assert len(lines) == 1, lines
 
     def test_accepted(self):
         for name, descriptor in ACCEPTED.items():
-            with self.subTest(name):
+            with row(name):
                 pendant = self.plug(report_descriptor=descriptor)
                 pendant.report(1)
-                self.assertPacket(pendant, pressed(1))
+                self.assert_packet(pendant, pressed(1))
                 pendant.set('work_x', '1.5')
-                self.assertEqual(pendant.flush()['work_x'], '1.5000')
-                self.assertEqual({len(r.data) for r in pendant.device.set_reports}, {8})
+                assert pendant.flush()['work_x'] == '1.5000'
+                assert {len(r.data) for r in pendant.device.set_reports} == {8}
                 pendant.unplug()
 
     def test_cut_at_every_byte(self):
         """Each of these is refused or works; none may do harm."""
         for size in range(len(REPORT_DESCRIPTOR)):
-            with self.subTest(size=size):
+            with row(size=size):
                 self.refused(REPORT_DESCRIPTOR[:size])
         self.plug()
 
@@ -80,53 +82,53 @@ class Descriptors(Case):
 
     def test_ids_of_others_are_left_alone(self):
         for product in (0xEA6A, 0xEB73, 0xEB6D, 0xEB71, 0xEB93, 0x0000):
-            with self.subTest(product='%#06x' % product):
-                self.assertTrue(self.refused(REPORT_DESCRIPTOR, product))
+            with row(product='%#06x' % product):
+                assert self.refused(REPORT_DESCRIPTOR, product)
 
     def test_ids_of_ours_are_taken(self):
         for model in MODELS.values():
-            self.assertFalse(self.refused(REPORT_DESCRIPTOR, model.product))
+            assert not self.refused(REPORT_DESCRIPTOR, model.product)
 
 
-class Reports(Case):
+class TestReports(Case):
     def test_wrong_length(self):
         pendant = self.plug()
         pendant.report(1, 0, 0x11)
-        self.assertPacket(pendant, selected(0, 1) + pressed(1))
+        self.assert_packet(pendant, selected(0, 1) + pressed(1))
         bad = [size for size in (1, 2, 3, 4, 5, 7, 8, 64, 255, 4096)]
         for size in bad:
             pendant.device.report(bytes([4, 2, 3, 0x12, 1, 0]).ljust(size, b'\x05')[:size])
-        self.assertSilent(pendant)
-        self.assertEqual(pendant.stat('bad_reports'), len(bad))
-        self.assertEqual(pendant.stat('reports'), len(bad) + 1)
-        self.assertEqual(pendant.stat('unknown_keys'), 0)
+        self.assert_silent(pendant)
+        assert pendant.stat('bad_reports') == len(bad)
+        assert pendant.stat('reports') == len(bad) + 1
+        assert pendant.stat('unknown_keys') == 0
         pendant.report(1, 2, 0x11)
-        self.assertPacket(pendant, pressed(2))
+        self.assert_packet(pendant, pressed(2))
 
     def test_empty(self):
         pendant = self.plug()
         pendant.device.report(b'')
         pendant.report(1)
-        self.assertPacket(pendant, pressed(1))
+        self.assert_packet(pendant, pressed(1))
 
     def test_wrong_id(self):
         """The HID core drops ids that the descriptor does not have."""
         pendant = self.plug()
         for number in (0, 1, 3, 5, 6, 0x84, 0xFF):
             pendant.device.report(bytes([number, 1, 2, 0x11, 5, 0]))
-        self.assertSilent(pendant)
+        self.assert_silent(pendant)
         pendant.report(3)
-        self.assertPacket(pendant, pressed(3))
+        self.assert_packet(pendant, pressed(3))
 
     def test_another_report_of_its_own(self):
         descriptor = ACCEPTED['more reports']
         pendant = self.plug(report_descriptor=descriptor)
         pendant.device.report(bytes([5, 1, 2, 0x11, 5, 0]))
         pendant.device.report(bytes([5]) + bytes(60))
-        self.assertSilent(pendant)
-        self.assertEqual(pendant.stat('bad_reports'), 2)
+        self.assert_silent(pendant)
+        assert pendant.stat('bad_reports') == 2
         pendant.report(3)
-        self.assertPacket(pendant, pressed(3))
+        self.assert_packet(pendant, pressed(3))
 
     def test_short_sleep_is_no_sleep(self):
         pendant = self.plug()
@@ -134,8 +136,8 @@ class Reports(Case):
         pendant.packet()
         for size in (1, 2, 5):
             pendant.device.report(bytes([4]) + bytes(size - 1))
-        self.assertSilent(pendant)
-        self.assertEqual(pendant.get('awake'), '1')
+        self.assert_silent(pendant)
+        assert pendant.get('awake') == '1'
 
     def test_every_byte_everywhere(self):
         """All values of all fields: the driver stays sane and a sleep report clears all."""
@@ -150,23 +152,23 @@ class Reports(Case):
         pendant.asleep()
         pendant.report(3)
         eyes = rig.Eyes(pendant.event_node)
-        self.addCleanup(eyes.close)
+        self.add_cleanup(eyes.close)
         down = [code.name for code in eyes.device.evbits[rig.libevdev.EV_KEY]
                 if eyes.device.value[code]]
-        self.assertEqual(down, ['BTN_TRIGGER_HAPPY3'])
+        assert down == ['BTN_TRIGGER_HAPPY3']
 
     def test_a_flood_says_little(self):
         pendant = self.plug()
         log = KernelLog()
-        self.addCleanup(log.close)
+        self.add_cleanup(log.close)
         for number in range(2000):
             pendant.device.report(bytes([4, number & 0xFF]) * (1 + number % 4))
         lines = [line for line in log.lines() if 'hid-xhc' in line]
-        self.assertLessEqual(len(lines), 10)        # the HID core's own, rate-limited
-        self.assertEqual([line for line in lines if 'Event data for report' not in line], [])
+        assert len(lines) <= 10        # the HID core's own, rate-limited
+        assert [line for line in lines if 'Event data for report' not in line] == []
 
 
-class Silent(Case):
+class TestSilent(Case):
     """Devices that do not answer SET_REPORT: uhid gives up after five seconds."""
 
     def test_from_the_beginning(self):
@@ -174,11 +176,11 @@ class Silent(Case):
         device.fault = 'timeout'
         pendant = self.plug_rig(rig.Rig(device=device), first_frame=False)
         pendant.report(1)
-        self.assertPacket(pendant, pressed(1))      # input does not suffer
-        self.assertTrue(find.wait(lambda: pendant.stat('frame_errors') >= 2, 15))
+        self.assert_packet(pendant, pressed(1))      # input does not suffer
+        assert find.wait(lambda: pendant.stat('frame_errors') >= 2, 15)
         pendant.device.fault = 'none'
-        self.assertTrue(pendant.device.wait_frames(1, 10))
-        self.assertTrue(find.wait(lambda: pendant.stat('frames_sent') == 1))
+        assert pendant.device.wait_frames(1, 10)
+        assert find.wait(lambda: pendant.stat('frames_sent') == 1)
 
     def timed(self, call):
         start = time.monotonic()
@@ -191,23 +193,23 @@ class Silent(Case):
         sent = len(pendant.device.set_reports)
         pendant.device.fault = 'timeout'
         pendant.set('work_x', '1')
-        self.assertTrue(pendant.device.wait_for(lambda: len(pendant.device.set_reports) > sent))
+        assert pendant.device.wait_for(lambda: len(pendant.device.set_reports) > sent)
         return pendant
 
     def test_unplug_while_it_waits(self):
         pendant = self.silent()
-        self.assertLess(self.timed(pendant.unplug), 1)
+        assert self.timed(pendant.unplug) < 1
 
     def test_unbind_while_it_waits(self):
         pendant = self.silent()
-        self.assertLess(self.timed(pendant.unbind), 7)
-        self.assertTrue(os.path.isdir(pendant.path))
+        assert self.timed(pendant.unbind) < 7
+        assert os.path.isdir(pendant.path)
 
     def test_module_removal_while_it_waits(self):
         pendant = self.silent()
-        self.addCleanup(rig.load)
-        self.assertLess(self.timed(rig.unload), 7)
-        self.assertTrue(os.path.isdir(pendant.path))
+        self.add_cleanup(rig.load)
+        assert self.timed(rig.unload) < 7
+        assert os.path.isdir(pendant.path)
 
     def test_unplug_during_a_flush(self):
         pendant = self.plug()
@@ -221,8 +223,8 @@ class Silent(Case):
         pendant.device.wait_for(lambda: len(pendant.device.set_reports) > sent)
         pendant.unplug()
         flusher.join(10)
-        self.assertEqual(len(results), 1)
-        self.assertIn(results[0], ('ENODEV', 'EIO'))
+        assert len(results) == 1
+        assert results[0] in ('ENODEV', 'EIO')
 
     def test_signal_ends_a_flush(self):
         pendant = self.plug()
@@ -239,16 +241,16 @@ class Silent(Case):
         time.sleep(0.3)
         os.kill(child, 15)
         _, status = os.waitpid(child, 0)
-        self.assertEqual(status, 15)
-        self.assertLess(time.monotonic() - start, 2)
+        assert status == 15
+        assert time.monotonic() - start < 2
 
 
-class Unplug(Case):
+class TestUnplug(Case):
     def test_at_each_chunk(self):
         for model in ('HB03', 'HB04'):
             for chunk in range(MODELS[model].chunks):
                 for way in ('unplug', 'crash'):
-                    with self.subTest(model=model, chunk=chunk, way=way):
+                    with row(model=model, chunk=chunk, way=way):
                         pendant = self.plug(model)
                         pendant.settle(0.1)
                         self.cut(pendant, chunk, way)
@@ -273,8 +275,8 @@ class Unplug(Case):
             device = UhidPendant('HB04')
             device.set_fault('unplug', skip=chunk)
             device.plug()
-            self.assertTrue(device.wait_for(lambda: not device.plugged, 10))
-            self.assertTrue(find.wait(lambda: find.hid_directory(device.phys) is None))
+            assert device.wait_for(lambda: not device.plugged, 10)
+            assert find.wait(lambda: find.hid_directory(device.phys) is None)
 
     def test_at_any_moment(self):
         """From 0 to 40 ms after plugging in: probe, first frame, and what comes after."""
@@ -283,7 +285,7 @@ class Unplug(Case):
             device.plug()
             time.sleep(step / 2000)
             device.unplug() if step % 2 else device.crash()
-            self.assertTrue(find.wait(lambda: find.hid_directory(device.phys) is None))
+            assert find.wait(lambda: find.hid_directory(device.phys) is None)
 
     def test_files_that_are_still_open(self):
         pendant = self.plug()
@@ -299,22 +301,22 @@ class Unplug(Case):
             'read': lambda: os.read(attribute, 64), 'write': lambda: os.write(attribute, b'1'),
             'flush': lambda: os.write(flush, b'1'), 'awake': lambda: os.read(awake, 64)}
         for name, call in calls.items():
-            with self.subTest(name), self.assertRaises(OSError):
+            with row(name), pytest.raises(OSError):
                 call()
         for fd in (event, raw, attribute, flush, awake):
             os.close(fd)
 
 
-class Two(Case):
+class TestTwo(Case):
     def test_side_by_side(self):
         one, two, three = self.plug('HB04'), self.plug('HB04'), self.plug('HB03')
         for number, pendant in enumerate((one, two, three), 1):
             pendant.set('work_x', str(number))
             pendant.report(number)
         for number, pendant in enumerate((one, two, three), 1):
-            self.assertPacket(pendant, pressed(number))
-            self.assertEqual(float(pendant.flush()['work_x']), number)
-            self.assertEqual(pendant.get('work_x'), str(number))
+            self.assert_packet(pendant, pressed(number))
+            assert float(pendant.flush()['work_x']) == number
+            assert pendant.get('work_x') == str(number)
 
     def test_a_bad_one_does_not_disturb_a_good_one(self):
         good, bad = self.plug(), self.plug()
@@ -325,40 +327,40 @@ class Two(Case):
             good.set('work_x', str(number))
             good.flush()
             good.report(wheel=number)
-            self.assertEqual(good.packet(), [('EV_REL', 'REL_DIAL', number)])
-        self.assertLess(time.monotonic() - start, 2)
+            assert good.packet() == [('EV_REL', 'REL_DIAL', number)]
+        assert time.monotonic() - start < 2
 
     def test_one_goes_the_other_stays(self):
         one, two = self.plug(), self.plug()
         two.report(1)
-        self.assertPacket(two, pressed(1))
+        self.assert_packet(two, pressed(1))
         one.unplug()
-        self.assertSilent(two)
+        self.assert_silent(two)
         two.set('work_x', '5')
-        self.assertEqual(two.flush()['work_x'], '5.0000')
+        assert two.flush()['work_x'] == '5.0000'
 
 
-class Rebind(Case):
+class TestRebind(Case):
     def test_unbind_and_bind(self):
         pendant = self.plug()
         pendant.set('work_x', '5')
         pendant.flush()
         pendant.unbind()
-        self.assertFalse(os.path.exists(pendant.path + '/dro'))
+        assert not os.path.exists(pendant.path + '/dro')
         frames = pendant.device.frame_count
         pendant.bind()
-        self.assertTrue(pendant.device.wait_frames(frames + 1))
-        self.assertEqual(pendant.get('work_x'), '0')
+        assert pendant.device.wait_frames(frames + 1)
+        assert pendant.get('work_x') == '0'
 
     def test_load_after_plug(self):
         """hid-generic has the device until the driver comes."""
         rig.unload()
         device = UhidPendant('HB04')
         device.plug()
-        self.addCleanup(device.unplug)
+        self.add_cleanup(device.unplug)
         path = find.wait(lambda: find.hid_directory(device.phys))
-        self.assertTrue(find.wait(lambda: find.driver(path) == 'hid-generic'))
+        assert find.wait(lambda: find.driver(path) == 'hid-generic')
         rig.load()
-        self.assertEqual(find.driver(path), 'hid-xhc')
-        self.assertTrue(device.wait_frames(1))
-        self.assertEqual(device.events.count('stop'), 1)
+        assert find.driver(path) == 'hid-xhc'
+        assert device.wait_frames(1)
+        assert device.events.count('stop') == 1

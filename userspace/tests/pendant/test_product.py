@@ -10,6 +10,7 @@ import subprocess
 import threading
 import time
 
+from case import row
 import rig
 from rig import Case, pressed, released, selected, turned, write_file
 from xhc_sim import find
@@ -35,11 +36,11 @@ def xhc_sim(*arguments, script='', on_pendant=None):
     return process.returncode, out, errors
 
 
-class Script(Case):
+class TestScript(Case):
     def test_display(self):
         """What is written to dro/ is what "expect" sees and "lcd" prints."""
         for bus in ((), ('--usb',)):
-            with self.subTest(bus):
+            with row(bus):
                 status, out, errors = xhc_sim(
                     *bus, '--timeout', '8000', '--script', '-',
                     script='expect frames 1\nexpect work_x -220.334\nexpect state run+inch\n'
@@ -47,10 +48,10 @@ class Script(Case):
                     on_pendant=lambda path: (time.sleep(0.5),
                                              write_file(path + '/dro/state', 'run+inch'),
                                              write_file(path + '/dro/work_x', '-220.334')))
-                self.assertEqual((status, errors), (0, ''))
-                self.assertIn('-220.3340', out)
-                self.assertIn('RUN INCH', out)
-                self.assertTrue(find.wait(lambda: not glob.glob(HB04_GLOB)))
+                assert (status, errors) == (0, '')
+                assert '-220.3340' in out
+                assert 'RUN INCH' in out
+                assert find.wait(lambda: not glob.glob(HB04_GLOB))
 
     def test_events(self):
         """Keys, selector and wheel of a script come out of the event node in their order."""
@@ -66,56 +67,56 @@ class Script(Case):
         status, _, errors = xhc_sim('--script', '-', on_pendant=listen, script=(
             'expect frames 1\nwait 1000\nkey Reset down\nselect x\nwheel +3\nkey Reset up\n'
             'key stop press\nsleep\nwait 500\n'))
-        self.assertEqual((status, errors), (0, ''))
-        self.assertEqual(packets, [
+        assert (status, errors) == (0, '')
+        assert packets == [
             pressed(0x17), selected(0, 1), turned(3), released(0x17), pressed(0x16),
-            released(0x16), selected(1, 0)])
+            released(0x16), selected(1, 0)]
 
     def test_json(self):
         status, out, errors = xhc_sim('--json', '--script', '-', script='expect frames 1\nlcd\n')
-        self.assertEqual((status, errors), (0, ''))
+        assert (status, errors) == (0, '')
         lines = [json.loads(line) for line in out.splitlines()]
-        self.assertEqual([line['event'] for line in lines], ['frame', 'lcd'])
-        self.assertEqual(lines[0]['lcd'], lines[1]['lcd'])
-        self.assertEqual(lines[0]['lcd']['day'], time.gmtime().tm_mday)
+        assert [line['event'] for line in lines] == ['frame', 'lcd']
+        assert lines[0]['lcd'] == lines[1]['lcd']
+        assert lines[0]['lcd']['day'] == time.gmtime().tm_mday
 
     def test_cable_and_faults(self):
         status, _, errors = xhc_sim('--script', '-', '--timeout', '8000', script=(
             'expect frames 1\nunplug\nplug\nexpect frames 2\nunplug\nfault stall 2 1\nplug\n'
             'expect frames 3\n'))
-        self.assertEqual((status, errors), (0, ''))
+        assert (status, errors) == (0, '')
 
     def test_model(self):
         status, out, errors = xhc_sim('--model', 'hb03', '--script', '-',
                                       script='expect frames 1\nexpect work_x 0\nlcd\n')
-        self.assertEqual((status, errors), (0, ''))
-        self.assertIn('HB03', out)
+        assert (status, errors) == (0, '')
+        assert 'HB03' in out
 
     def test_failure(self):
         status, _, errors = xhc_sim('--script', '-', '--timeout', '100',
                                     script='expect work_x 1\n')
-        self.assertEqual(status, 1)
-        self.assertIn('stdin:1: expect work_x 1: ', errors)
+        assert status == 1
+        assert 'stdin:1: expect work_x 1: ' in errors
 
     def test_usage(self):
-        self.assertEqual(xhc_sim('--script', '-', script='jump\n')[0], 2)
-        self.assertEqual(xhc_sim()[0], 2)
+        assert xhc_sim('--script', '-', script='jump\n')[0] == 2
+        assert xhc_sim()[0] == 2
 
     def test_no_uhid(self):
         """In a mount namespace of its own /dev/uhid would be hidden; a rename does as well."""
         os.rename('/dev/uhid', '/dev/uhid.away')
-        self.addCleanup(os.rename, '/dev/uhid.away', '/dev/uhid')
+        self.add_cleanup(os.rename, '/dev/uhid.away', '/dev/uhid')
         status, _, errors = xhc_sim('--script', '-', script='wait 1\n')
-        self.assertEqual((status, errors),
-                         (3, 'xhc-sim: /dev/uhid: No such file or directory\n'))
+        assert (status, errors) == \
+                         (3, 'xhc-sim: /dev/uhid: No such file or directory\n')
 
 
-class Terminal(Case):
+class TestTerminal(Case):
     def test_a_session(self):
         pid, master = pty.fork()
         if pid == 0:
             os.execv(PROGRAM, [PROGRAM])
-        self.addCleanup(os.close, master)
+        self.add_cleanup(os.close, master)
         seen = b''
 
         def read_until(text, timeout=10):
@@ -127,22 +128,22 @@ class Terminal(Case):
                         seen += os.read(master, 4096)
                     except OSError:
                         return
-            self.assertIn(text, seen)
+            assert text in seen
 
         read_until(b'driver hid-xhc')
         path = os.path.dirname(find.wait(lambda: glob.glob(HB04_GLOB))[0])
         eyes = rig.Eyes(find.nodes(path)[0])
-        self.addCleanup(eyes.close)
+        self.add_cleanup(eyes.close)
         for typed, events in ((b'\x1b[C', turned(1)), (b'\x1b[D', turned(-1)),
                               (b'\x1b[A', selected(0, 1)), (b'a', pressed(1)),
                               (b'', released(1)), (b's', selected(1, 0))):
             os.write(master, typed)
-            self.assertEqual(eyes.packet(), events)
+            assert eyes.packet() == events
         write_file(path + '/dro/work_z', '-77.89')
         read_until(b'-77.8900')
         os.write(master, b'u')
         read_until(b'unplugged')
-        self.assertTrue(find.wait(lambda: not os.path.exists(path)))
+        assert find.wait(lambda: not os.path.exists(path))
         os.write(master, b'uq')
         _, status = os.waitpid(pid, 0)
-        self.assertEqual(status, 0)
+        assert status == 0

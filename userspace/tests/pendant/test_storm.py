@@ -100,7 +100,7 @@ def shake(device, dice, seconds):
 FAULTS = ('none', 'none', 'none', 'stall', 'timeout', 'slow:5', 'unplug')
 
 
-class Storm(Case):
+class TestStorm(Case):
     def cycles(self, make, seed, number, longest):
         """Plugs make() in and out `number` times; -> frames that came"""
         dice, frames = random.Random(seed), 0
@@ -117,12 +117,12 @@ class Storm(Case):
 
     def calm(self):
         """Afterwards all is as before: no device is left, and a new pendant works."""
-        self.assertTrue(find.wait(lambda: not glob.glob(HID_GLOB), 30))
+        assert find.wait(lambda: not glob.glob(HID_GLOB), 30)
         pendant = self.plug()
         pendant.report(1)
-        self.assertPacket(pendant, rig.pressed(1))
+        self.assert_packet(pendant, rig.pressed(1))
         pendant.set('work_x', '1')
-        self.assertEqual(pendant.flush()['work_x'], '1.0000')
+        assert pendant.flush()['work_x'] == '1.0000'
         pendant.unplug()
 
     def storm(self, make, threads, number, longest, seed):
@@ -134,12 +134,12 @@ class Storm(Case):
                 worker.start()
             for worker in workers:
                 worker.join()
-        self.assertEqual(len(frames), threads)
+        assert len(frames) == threads
         print('    %d cycles: %d frames, %s' % (threads * number, sum(frames), ', '.join(
             '%d %s' % (count, what) for what, count in crowd.counts.items())))
         for what, count in crowd.counts.items():
-            self.assertGreater(count, 20, what)
-        self.assertGreater(sum(frames), 20)
+            assert count > 20, what
+        assert sum(frames) > 20
         self.calm()
 
     def test_uhid_one_after_the_other(self):
@@ -170,12 +170,12 @@ class Storm(Case):
                     time.sleep(dice.random() * 0.1)
                 frames += device.frame_count
                 device.unplug()
-        self.assertGreater(frames, 5)
-        self.assertGreater(crowd.counts['writes'], 20)
+        assert frames > 5
+        assert crowd.counts['writes'] > 20
         self.calm()
 
 
-class Driver(Case):
+class TestDriver(Case):
     """The driver comes and goes, the pendant stays."""
 
     def around(self, go, come, number, seed):
@@ -198,12 +198,12 @@ class Driver(Case):
         finally:
             stop.set()
             shaker.join(10)
-        self.assertGreater(crowd.counts['writes'], 20)
-        self.assertTrue(find.wait(lambda: os.path.exists(pendant.path + '/dro')))
-        self.assertGreater(pendant.device.frame_count, 20)
+        assert crowd.counts['writes'] > 20
+        assert find.wait(lambda: os.path.exists(pendant.path + '/dro'))
+        assert pendant.device.frame_count > 20
         pendant.asleep()
         pendant.set('work_y', '1')
-        self.assertEqual(pendant.flush()['work_y'], '1.0000')
+        assert pendant.flush()['work_y'] == '1.0000'
         pendant.unplug()
 
     def test_bound_and_unbound(self):

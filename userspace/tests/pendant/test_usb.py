@@ -7,6 +7,7 @@ import struct
 import threading
 import time
 
+from case import row
 import rig
 from descriptors import REFUSED
 from rig import Case, pressed, read_file, released, selected, turned
@@ -23,63 +24,63 @@ def usb_device(path):
     return os.path.dirname(os.path.dirname(path))
 
 
-class Identity(Case):
+class TestIdentity(Case):
     def test_both_models(self):
         for model in MODELS.values():
-            with self.subTest(model.name):
+            with row(model.name):
                 pendant = self.plug_usb(model.name)
                 device = usb_device(pendant.path)
                 for name, text in (('idVendor', '10ce'), ('idProduct', '%04x' % model.product),
                                    ('speed', '12'), ('manufacturer', 'KTURT.LTD'),
                                    ('bNumInterfaces', ' 1'), ('bNumConfigurations', '1')):
-                    self.assertEqual(read_file(os.path.join(device, name)), text + '\n')
+                    assert read_file(os.path.join(device, name)) == text + '\n'
                 for name in ('product', 'serial'):
-                    self.assertFalse(os.path.exists(os.path.join(device, name)))
-                self.assertEqual(pendant.eyes.device.name, 'XHC %s Pendant' % model.name)
-                self.assertEqual(pendant.eyes.device.phys, pendant.device.phys)
+                    assert not os.path.exists(os.path.join(device, name))
+                assert pendant.eyes.device.name == 'XHC %s Pendant' % model.name
+                assert pendant.eyes.device.phys == pendant.device.phys
                 pendant.unplug()
 
     def test_endpoint(self):
         pendant = self.plug_usb()
         interface = os.path.dirname(pendant.path)
         endpoints = [name for name in os.listdir(interface) if name.startswith('ep_')]
-        self.assertEqual(endpoints, ['ep_81'])
+        assert endpoints == ['ep_81']
         for name, text in (('wMaxPacketSize', '0040'), ('type', 'Interrupt'),
                            ('bInterval', '02')):
-            self.assertEqual(read_file(os.path.join(interface, 'ep_81', name)), text + '\n')
+            assert read_file(os.path.join(interface, 'ep_81', name)) == text + '\n'
 
     def test_modalias(self):
         pendant = self.plug_usb()
-        self.assertEqual(read_file(pendant.path + '/modalias'),
-                         'hid:b0003g0001v000010CEp0000EB70\n')
+        assert read_file(pendant.path + '/modalias') == \
+                         'hid:b0003g0001v000010CEp0000EB70\n'
 
 
-class Events(Case):
+class TestEvents(Case):
     def test_reports(self):
         pendant = self.plug_usb()
         pendant.report(1, 2, 0x11, -3)
-        self.assertPacket(pendant, selected(0, 1) + pressed(1) + pressed(2) + turned(-3))
+        self.assert_packet(pendant, selected(0, 1) + pressed(1) + pressed(2) + turned(-3))
         pendant.asleep()
-        self.assertPacket(pendant, selected(1, 0) + released(1) + released(2))
+        self.assert_packet(pendant, selected(1, 0) + released(1) + released(2))
 
     def test_reports_in_a_row(self):
         pendant = self.plug_usb()
         for number in range(300):
             pendant.report(wheel=1 + number % 10)
-            self.assertPacket(pendant, turned(1 + number % 10))
+            self.assert_packet(pendant, turned(1 + number % 10))
 
     def test_wrong_length(self):
         pendant = self.plug_usb()
         for size in (1, 2, 3, 4, 5):        # usbhid itself asks for no more than six bytes
             pendant.device.report(bytes([4, 1, 2, 0x11, 5])[:size])
         pendant.device.report(b'')
-        self.assertSilent(pendant)
+        self.assert_silent(pendant)
         pendant.report(3)
-        self.assertPacket(pendant, pressed(3))
-        self.assertEqual(pendant.stat('bad_reports'), 5)
+        self.assert_packet(pendant, pressed(3))
+        assert pendant.stat('bad_reports') == 5
 
 
-class Display(Case):
+class TestDisplay(Case):
     def test_wire(self):
         """Six requests, in order, each as the protocol has it."""
         for model in MODELS.values():
@@ -89,15 +90,15 @@ class Display(Case):
             known = len(pendant.device.set_reports)
             pendant.flush()
             sent = list(pendant.device.set_reports)[known:]
-            self.assertEqual([(r.wvalue, r.windex, len(r.data), r.data[0]) for r in sent],
-                             [(0x0306, 0, 8, 6)] * model.chunks)
+            assert [(r.wvalue, r.windex, len(r.data), r.data[0]) for r in sent] == \
+                             [(0x0306, 0, 8, 6)] * model.chunks
             frame = b''.join(r.data[1:] for r in sent)
-            self.assertEqual(frame[:2], b'\xfe\xfd')
-            self.assertEqual(frame[2], time.gmtime().tm_mday)
-            self.assertEqual(frame[3:5], b'\x01\x00')
-            self.assertFalse(any(frame[model.frame_size:]))
+            assert frame[:2] == b'\xfe\xfd'
+            assert frame[2] == time.gmtime().tm_mday
+            assert frame[3:5] == b'\x01\x00'
+            assert not any(frame[model.frame_size:])
             setups = [s for s in pendant.device.requests if (s[0], s[1]) == SET_REPORT]
-            self.assertEqual({s[2:] for s in setups}, {bytes.fromhex('0603 0000 0800')})
+            assert {s[2:] for s in setups} == {bytes.fromhex('0603 0000 0800')}
             pendant.unplug()
 
     def test_lcd(self):
@@ -105,9 +106,9 @@ class Display(Case):
         pendant.set('position', '135.17 -77.89 -0.5 -220.334 0 65535.9999')
         pendant.set('state', 'run+inch')
         shown = pendant.flush()
-        self.assertEqual([shown[name] for name in COORDINATES],
-                         ['135.1700', '-77.8900', '-0.5000', '-220.3340', '0.0000', '65535.9999'])
-        self.assertEqual((shown['state'], shown['faults']), ('run+inch', []))
+        assert [shown[name] for name in COORDINATES] == \
+                         ['135.1700', '-77.8900', '-0.5000', '-220.3340', '0.0000', '65535.9999']
+        assert (shown['state'], shown['faults']) == ('run+inch', [])
 
     def test_interface_other_than_0(self):
         """wIndex is the number of the HID interface."""
@@ -121,29 +122,29 @@ class Display(Case):
                                                    0x80, 50) + body
         device.interface = 1
         pendant = self.plug_rig(rig.Rig(device=device))
-        self.assertEqual({r.windex for r in device.set_reports}, {1})
+        assert {r.windex for r in device.set_reports} == {1}
         pendant.report(1)
-        self.assertPacket(pendant, pressed(1))
+        self.assert_packet(pendant, pressed(1))
 
     def test_stall(self):
         pendant = self.plug_usb()
         pendant.settle()
         for skip in range(6):
-            with self.subTest(skip=skip):
+            with row(skip=skip):
                 pendant.device.set_fault('stall', skip=skip, count=1)
-                self.assertEqual(pendant.set_error('flush', '1'), 'EPIPE')
-        self.assertEqual(pendant.stat('frame_errors'), 6)
+                assert pendant.set_error('flush', '1') == 'EPIPE'
+        assert pendant.stat('frame_errors') == 6
         pendant.set('work_x', '1')
-        self.assertTrue(pendant.shows('work_x', '1.0000'))
+        assert pendant.shows('work_x', '1.0000')
 
     def test_no_answer(self):
         pendant = self.plug_usb()
         pendant.settle()
         pendant.device.set_fault('timeout', count=1)
         start = time.monotonic()
-        self.assertEqual(pendant.set_error('flush', '1'), 'ETIMEDOUT')
-        self.assertLess(time.monotonic() - start, 7)
-        self.assertIsNone(pendant.set_error('flush', '1'))
+        assert pendant.set_error('flush', '1') == 'ETIMEDOUT'
+        assert time.monotonic() - start < 7
+        assert pendant.set_error('flush', '1') is None
 
     def test_slow(self):
         pendant = self.plug_usb()
@@ -151,7 +152,7 @@ class Display(Case):
         pendant.device.fault = 'slow:100'
         start = time.monotonic()
         pendant.flush()
-        self.assertGreater(time.monotonic() - start, 0.55)
+        assert time.monotonic() - start > 0.55
 
     def test_no_answer_blocks_no_writer_and_no_event(self):
         pendant = self.plug_usb()
@@ -162,24 +163,24 @@ class Display(Case):
         for number in range(1, 20):
             pendant.set('work_y', str(number))
             pendant.report(wheel=number)
-            self.assertPacket(pendant, turned(number))
-        self.assertLess(time.monotonic() - start, 1)
+            self.assert_packet(pendant, turned(number))
+        assert time.monotonic() - start < 1
 
 
-class Unplug(Case):
+class TestUnplug(Case):
     def leave(self, pendant, wait=10):
-        self.assertTrue(find.wait(lambda: not os.path.exists(pendant.path), wait),
-                        'the device stays')
+        assert find.wait(lambda: not os.path.exists(pendant.path), wait), \
+                        'the device stays'
 
     def test_in_mid_transfer(self):
         for chunk in range(6):
-            with self.subTest(chunk=chunk):
+            with row(chunk=chunk):
                 pendant = self.plug_usb()
                 pendant.settle(0.1)
                 pendant.device.set_fault('unplug', skip=chunk)
                 pendant.set('work_x', '1')
                 self.leave(pendant)
-                self.assertEqual(len(pendant.device.set_reports), 6 + chunk + 1)
+                assert len(pendant.device.set_reports) == 6 + chunk + 1
                 pendant.unplug()
 
     def flush_and(self, cut):
@@ -199,9 +200,9 @@ class Unplug(Case):
         pendant.device.wait_for(lambda: len(pendant.device.set_reports) > known)
         cut(pendant.device)
         flusher.join(10)
-        self.assertLess(time.monotonic() - start, 7)
-        self.assertNotEqual(results, [None])
-        self.assertEqual(len(results), 1)
+        assert time.monotonic() - start < 7
+        assert results != [None]
+        assert len(results) == 1
         self.leave(pendant)
 
     def test_cable_cut_during_a_flush(self):
@@ -222,7 +223,7 @@ class Unplug(Case):
         rig.write_file('/sys/bus/usb/drivers/usbhid/unbind', interface)
         self.leave(pendant)
         rig.write_file('/sys/bus/usb/drivers/usbhid/bind', interface)
-        self.assertTrue(find.wait(lambda: find.hid_directory(pendant.device.phys)))
+        assert find.wait(lambda: find.hid_directory(pendant.device.phys))
 
     def test_reset(self):
         """A port reset goes through reset_resume or a new probe: the display gets a frame."""
@@ -237,12 +238,12 @@ class Unplug(Case):
         finally:
             os.close(fd)
         pendant.flush()
-        self.assertGreater(pendant.device.frame_count, frames)
+        assert pendant.device.frame_count > frames
         pendant.report(1)
-        self.assertPacket(pendant, pressed(1))
+        self.assert_packet(pendant, pressed(1))
 
 
-class Hostile(Case):
+class TestHostile(Case):
     def endure(self, change=None, report_descriptor=None):
         """Plugs in a bad device, gives the kernel time to look at it, and takes it out."""
         device = UsbPendant('HB04', report_descriptor)
@@ -259,15 +260,15 @@ class Hostile(Case):
     def good(self):
         pendant = self.plug_usb()
         pendant.report(1)
-        self.assertPacket(pendant, pressed(1))
+        self.assert_packet(pendant, pressed(1))
         pendant.flush()
         pendant.unplug()
 
     def test_report_descriptors(self):
         for name in ('no input report', 'no feature report', 'feature of 6 bytes',
                      'input of 1000 bytes', 'zeros', 'larger than HID allows'):
-            with self.subTest(name):
-                self.assertFalse(self.endure(report_descriptor=REFUSED[name]))
+            with row(name):
+                assert not self.endure(report_descriptor=REFUSED[name])
         self.good()
 
     def test_descriptors_that_lie(self):
@@ -309,16 +310,16 @@ class Hostile(Case):
             'not HID': patch('config', 9 + 5, b'\xff'),
         }
         for name, change in changes.items():
-            with self.subTest(name):
+            with row(name):
                 self.endure(change)
         self.good()
 
     def test_two_pendants(self):
         one, two = self.plug_usb(), self.plug_usb()
-        self.assertNotEqual(one.eyes.device.phys, two.eyes.device.phys)
+        assert one.eyes.device.phys != two.eyes.device.phys
         for number, pendant in ((1, one), (2, two)):
             pendant.set('work_x', str(number))
             pendant.report(number)
         for number, pendant in ((1, one), (2, two)):
-            self.assertPacket(pendant, pressed(number))
-            self.assertEqual(pendant.flush()['work_x'], '%d.0000' % number)
+            self.assert_packet(pendant, pressed(number))
+            assert pendant.flush()['work_x'] == '%d.0000' % number

@@ -5,7 +5,8 @@ head, and what it has received is drawn.
 
 import os
 import subprocess
-import unittest
+import pytest
+from case import Case
 
 import head_rig
 import kernel
@@ -23,31 +24,31 @@ def example(name, *arguments, text=None):
                           encoding='utf-8', timeout=120).stdout
 
 
-class Examples(unittest.TestCase):
+class TestExamples(Case):
     def head(self, parameters):
         kernel.load_module(FOLDER + '/sim/xy3-sim.ko', parameters)
-        self.addCleanup(kernel.unload_module, 'xy3_sim')
+        self.add_cleanup(kernel.unload_module, 'xy3_sim')
 
     def check(self, top, axes):
         """The head receives what was to be streamed, and nothing else."""
         path = example('figure', 'circle')
         write_file(DEBUGFS + 'record', '10000 changes')
-        self.assertIn('%d scans sent' % len(path.splitlines()), example('stream', text=path))
+        assert '%d scans sent' % len(path.splitlines()) in example('stream', text=path)
         want = [[round((float(place) + 1) / 2 * top) for place in line.split()] +
                 [round(top / 2)] * (axes - 2) for line in path.splitlines()]
         got = [list(map(int, line.split())) for line in read_file(DEBUGFS + 'record').splitlines()]
-        self.assertEqual(got, want)
+        assert got == want
 
     def test_circle(self):
         self.head('lines=4 framing=line')
         self.check((1 << 20) - 1, 3)
         rows = [line[1:-1] for line in example('draw').splitlines()[1:-1]]
         drawn = [[at for at, letter in enumerate(row) if letter != '\u2800'] for row in rows]
-        self.assertEqual(len(drawn), 20)
-        self.assertEqual((drawn[0], drawn[-1]), ([], []))       # its radius is 0.9
+        assert len(drawn) == 20
+        assert (drawn[0], drawn[-1]) == ([], [])       # its radius is 0.9
         for row in drawn[1:-1]:                                 # as far to the left as to the right
-            self.assertAlmostEqual(row[0] + row[-1], 39, delta=1)
-        self.assertEqual((drawn[9][0], drawn[9][-1]), (2, 37))
+            assert abs(row[0] + row[-1]-39) < 1
+        assert (drawn[9][0], drawn[9][-1]) == (2, 37)
 
     def test_long_frames_and_two_axes(self):
         self.head('lines=2')
@@ -57,19 +58,19 @@ class Examples(unittest.TestCase):
     def test_rate(self):
         self.head('lines=4 framing=line')
         example('stream', '--rate', '12345', text='0 0\n')
-        self.assertEqual(read_file('/sys/bus/iio/devices/iio:device0/sampling_frequency'),
-                         '12345\n')
+        assert read_file('/sys/bus/iio/devices/iio:device0/sampling_frequency') == \
+                         '12345\n'
 
     def test_no_head(self):
-        with self.assertRaises(subprocess.CalledProcessError):
+        with pytest.raises(subprocess.CalledProcessError):
             example('stream', text='0 0\n')
 
 
-def setUpModule():
+def setup_module():
     head_rig.load()
     kernel.load_module(FOLDER + '/spi/xy3-spi.ko')
 
 
-def tearDownModule():
+def teardown_module():
     kernel.unload_module('xy3_spi')
     head_rig.unload()

@@ -47,15 +47,15 @@ class Checks:
         return {check: finding[1:] for check, all_of_it in look(self.tool, *words).items()
                 for finding in all_of_it if finding[0] == 'found' and check != 'access'}
 
-    def assertWell(self):
-        self.assertEqual(self.found(), {})
+    def assert_well(self):
+        assert self.found() == {}
 
-    def assertFound(self, check, text, mend):
+    def assert_found(self, check, text, mend):
         """That and nothing else"""
         found = self.found()
-        self.assertEqual(list(found), [check], found)
-        self.assertIn(text, found[check][0])
-        self.assertIn(mend, found[check][1])
+        assert list(found) == [check], found
+        assert text in found[check][0]
+        assert mend in found[check][1]
 
     def give(self, *paths):
         """What udev's rules do"""
@@ -67,15 +67,15 @@ class Checks:
         return {finding[0] for finding in look(self.tool)['access']}
 
 
-class Pendant(Checks, rig.Case):
+class TestPendant(Checks, rig.Case):
     tool = xhcctl
 
     def test_none(self):
-        self.assertFound('driver', 'no HB03 or HB04', 'lsusb')
+        self.assert_found('driver', 'no HB03 or HB04', 'lsusb')
 
     def test_held_by_libusb(self):
         pendant = self.plug_usb()
-        self.assertWell()
+        self.assert_well()
         interface = os.path.basename(os.path.dirname(pendant.path))
         usb = os.path.dirname(os.path.dirname(pendant.path))
         node = '/dev/bus/usb/%03d/%03d' % tuple(
@@ -85,181 +85,181 @@ class Pendant(Checks, rig.Case):
             fcntl.ioctl(fd, USBDEVFS_DISCONNECT_CLAIM, struct.pack('II256s', 0, 0, b''), False)
             found = self.found()
             name = read_file('/proc/self/comm').strip()
-            self.assertIn('%s has taken %s from the kernel' % (name, interface),
-                          found['holder'][0])
-            self.assertIn('kill %d && echo %s | sudo tee /sys/bus/usb/drivers/usbhid/bind'
-                          % (os.getpid(), interface), found['holder'][1])
+            assert '%s has taken %s from the kernel' % (name, interface) in \
+                          found['holder'][0]
+            assert 'kill %d && echo %s | sudo tee /sys/bus/usb/drivers/usbhid/bind' \
+                          % (os.getpid(), interface) in found['holder'][1]
             fcntl.ioctl(fd, USBDEVFS_RELEASEINTERFACE, struct.pack('I', 0))
         finally:
             os.close(fd)
-        self.assertIn('no driver', self.found()['holder'][0])
+        assert 'no driver' in self.found()['holder'][0]
         # the line that mends it
         write_file('/sys/bus/usb/drivers/usbhid/bind', interface)
-        self.assertTrue(wait(lambda: not self.found()))
+        assert wait(lambda: not self.found())
 
     def test_other_driver(self):
         pendant = self.plug()
-        self.assertWell()
+        self.assert_well()
         name = os.path.basename(pendant.path)
         pendant.unbind()
-        self.assertFound('driver', '%s has no driver' % name, 'modprobe hid-xhc')
+        self.assert_found('driver', '%s has no driver' % name, 'modprobe hid-xhc')
         try:
             write_file('/sys/bus/hid/drivers/hid-generic/bind', name)
         except OSError:
             pass                        # it leaves devices alone that have a driver of their own
         else:
-            self.assertFound('driver', 'hid-generic instead of hid-xhc', 'unbind')
+            self.assert_found('driver', 'hid-generic instead of hid-xhc', 'unbind')
             write_file('/sys/bus/hid/drivers/hid-generic/unbind', name)
         pendant.bind()
-        self.assertTrue(wait(lambda: not self.found()))
+        assert wait(lambda: not self.found())
 
     def test_frames_that_are_not_taken(self):
         pendant = self.plug_usb()
         pendant.settle()
-        self.assertWell()
+        self.assert_well()
         pendant.device.set_fault('stall', skip=0, count=1)
-        self.assertEqual(pendant.set_error('flush', '1'), 'EPIPE')
-        self.assertFound('state', 'has not taken 1 frames', 'dmesg')
+        assert pendant.set_error('flush', '1') == 'EPIPE'
+        self.assert_found('state', 'has not taken 1 frames', 'dmesg')
 
     def test_unknown_key(self):
         pendant = self.plug()
         pendant.report(0x2a)
-        self.assertTrue(wait(lambda: pendant.stat('unknown_keys')))
-        self.assertFound('state', 'does not know', 'evtest')
+        assert wait(lambda: pendant.stat('unknown_keys'))
+        self.assert_found('state', 'does not know', 'evtest')
 
     def test_asleep(self):
         pendant = self.plug()
         pendant.report(1)
         pendant.asleep()
-        self.assertTrue(wait(lambda: pendant.get('awake') == '0'))
-        self.assertWell()
-        self.assertIn('asleep', look(xhcctl)['state'][0][1])
+        assert wait(lambda: pendant.get('awake') == '0')
+        self.assert_well()
+        assert 'asleep' in look(xhcctl)['state'][0][1]
 
     def test_access(self):
         pendant = self.plug()
-        self.assertEqual(self.access(), {'found'})
-        self.assertIn('udevadm trigger', look(xhcctl)['access'][0][2])
+        assert self.access() == {'found'}
+        assert 'udevadm trigger' in look(xhcctl)['access'][0][2]
         self.give(pendant.event_node, pendant.file('position'))
-        self.assertEqual(self.access(), {'ok'})
+        assert self.access() == {'ok'}
 
 
-class Head(Checks, forward_rig.Case):
+class TestHead(Checks, forward_rig.Case):
     tool = xy3ctl
 
     @classmethod
-    def setUpClass(cls):
+    def setup_class(cls):
         forward_rig.load()
 
     @classmethod
-    def tearDownClass(cls):
+    def teardown_class(cls):
         forward_rig.unload()
 
     def head(self, *arguments, **keywords):
         forward = self.forward(*arguments, **keywords)
-        self.assertTrue(forward.attach())
+        assert forward.attach()
         return forward
 
     def pty(self, **options):
         head = head_rig.Head(**options)
-        self.addCleanup(head.close)
+        self.add_cleanup(head.close)
         return head.attach()
 
     def test_none(self):
-        self.assertTrue(wait(lambda: not head_rig.heads()))
-        self.assertFound('head', 'nothing is attached', 'xy3ctl attach')
+        assert wait(lambda: not head_rig.heads())
+        self.assert_found('head', 'nothing is attached', 'xy3ctl attach')
 
     def test_silent_and_at_another_rate(self):
         head = self.pty()
-        self.assertFound('back', 'not a byte', 'wires')
+        self.assert_found('back', 'not a byte', 'wires')
         head.send(b'\x00\xff' * 100)
-        self.assertFound('back', 'another rate', 'autobaud')
+        self.assert_found('back', 'another rate', 'autobaud')
         head.sync()
-        self.assertWell()
+        self.assert_well()
 
     def test_head_at_another_rate(self):
         """A real one, and the line that mends it"""
         forward = self.head(2, 'cs')
-        self.assertNotIn('back', self.found())
+        assert 'back' not in self.found()
         write_file(forward.head + 'autobaud', '0')
         forward.unbind()                # else the head would be told
         write_file(forward.head + 'rate', '57600')
-        self.assertTrue(wait(lambda: 'back' in self.found(), 20))
-        self.assertIn('57600', self.found()['back'][0])
-        self.assertIn('echo 1 | sudo tee %sautobaud' % forward.head, self.found()['back'][1])
+        assert wait(lambda: 'back' in self.found(), 20)
+        assert '57600' in self.found()['back'][0]
+        assert 'echo 1 | sudo tee %sautobaud' % forward.head in self.found()['back'][1]
         write_file(forward.head + 'autobaud', '1')
-        self.assertTrue(wait(lambda: 'back' not in self.found(), 40))
+        assert wait(lambda: 'back' not in self.found(), 40)
         forward.bind()
 
     def test_another_program_at_the_uart(self):
         forward = self.head(2, 'cs')
         # this process is ldattach's part, but has another name
-        self.assertFound('uart', 'has /dev/ttyXY3SIM0 open', 'kill %d' % os.getpid())
+        self.assert_found('uart', 'has /dev/ttyXY3SIM0 open', 'kill %d' % os.getpid())
         forward.close()
         attach = xy3ctl.start('attach', '/dev/ttyXY3SIM0')
-        self.addCleanup(attach.close)
+        self.add_cleanup(attach.close)
         attach.line()
-        self.assertTrue(wait(lambda: not self.found(), 20), self.found())
+        assert wait(lambda: not self.found(), 20), self.found()
 
     def test_two_halves(self):
         forward = self.forward(2, 'cs')
         write_file('/sys/class/xy3/attach', 'new')
         self.pty().sync()
-        self.assertFound('head', 'xy3-1 has a backchannel only and xy3-0 a forward',
+        self.assert_found('head', 'xy3-1 has a backchannel only and xy3-0 a forward',
                          'echo xy3-0 | sudo tee /sys/class/xy3/attach')
-        self.assertTrue(forward.device)
+        assert forward.device
 
     def test_no_driver_on_spi(self):
         forward = self.head(2, 'cs')
         forward.close()
         forward.unbind()
-        self.assertIn('%s has no driver' % forward.device, self.found()['spi'][0])
-        self.assertIn('modprobe xy3-spi', self.found()['spi'][1])
+        assert '%s has no driver' % forward.device in self.found()['spi'][0]
+        assert 'modprobe xy3-spi' in self.found()['spi'][1]
         forward.bind()
-        self.assertNotIn('spi', self.found())
+        assert 'spi' not in self.found()
 
     def test_controller_with_too_few_lines(self):
         self.sim(1, 'cs', more='device_lines=4')
-        self.assertTrue(wait(lambda: 'has refused its controller' in
-                             self.found().get('spi', ('',))[0]))
+        assert wait(lambda: 'has refused its controller' in
+                             self.found().get('spi', ('',))[0])
 
     def test_byte_order(self):
         head = self.pty().sync()
         head.send(wire.temperatures([2980]))
-        self.assertTrue(wait(head.hwmon_path))
-        self.assertWell()
+        assert wait(head.hwmon_path)
+        self.assert_well()
         head.send(wire.temperatures([2980], 'big'))
-        self.assertTrue(wait(lambda: 'order' in self.found()))
-        self.assertIn('echo big | sudo tee', self.found()['order'][1])
+        assert wait(lambda: 'order' in self.found())
+        assert 'echo big | sudo tee' in self.found()['order'][1]
 
     def test_frames_that_are_not_read(self):
         forward = self.head(2, 'cs')
         forward.set_sim('faults/spi_flip', '3')
-        self.assertIsNone(forward.set('out_angl0_raw', 5))
-        self.assertIsNone(forward.set('out_angl0_raw', 6))
+        assert forward.set('out_angl0_raw', 5) is None
+        assert forward.set('out_angl0_raw', 6) is None
         forward.set_sim('report', '1')
-        self.assertTrue(wait(lambda: 'frames' in self.found(), 20))
-        self.assertIn('SYNC and CLK', self.found()['frames'][1])
+        assert wait(lambda: 'frames' in self.found(), 20)
+        assert 'SYNC and CLK' in self.found()['frames'][1]
 
     def test_access(self):
         forward = self.head(2, 'cs')
-        self.assertEqual(self.access(), {'found'})
+        assert self.access() == {'found'}
         self.give('/dev/xy3-0', forward.head + 'calibrate')
-        self.assertEqual(self.access(), {'ok'})
+        assert self.access() == {'ok'}
 
 
-class Number(Checks, forward_rig.Case):
+class TestNumber(Checks, forward_rig.Case):
     """The line discipline's, as a module parameter"""
     tool = xy3ctl
 
     def test_another_number(self):
         head_rig.load('ldisc=28')
-        self.addCleanup(head_rig.unload)
+        self.add_cleanup(head_rig.unload)
         found = self.found()
-        self.assertIn('number 28 instead of 29', found['ldisc'][0])
-        self.assertIn('ldattach -s 115200 -8 -n -1 28', found['ldisc'][1])
+        assert 'number 28 instead of 29' in found['ldisc'][0]
+        assert 'ldattach -s 115200 -8 -n -1 28' in found['ldisc'][1]
 
     def test_our_number(self):
         head_rig.load()
-        self.addCleanup(head_rig.unload)
-        self.assertNotIn('ldisc', self.found())
-        self.assertEqual(look(xy3ctl)['ldisc'][0][:2], ('ok', "number 29 is xy3's"))
+        self.add_cleanup(head_rig.unload)
+        assert 'ldisc' not in self.found()
+        assert look(xy3ctl)['ldisc'][0][:2] == ('ok', "number 29 is xy3's")

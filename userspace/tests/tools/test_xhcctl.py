@@ -10,6 +10,7 @@ import struct
 import termios
 import threading
 
+from case import row
 import rig
 import xhcctl_tool
 from rig import Case
@@ -17,20 +18,21 @@ from tool import FAILURE, NO_DEVICE, OK, USAGE
 from xhc_sim.lcd import COORDINATES, NUMBERS
 from xhc_sim.models import MODELS
 from xhcctl_tool import Follower, run
+import re
 
 STATS = ('reports', 'bad_reports', 'xor_mismatches', 'unknown_keys', 'frames_sent',
          'frame_errors')
 
 
 class ToolCase(Case):
-    def assertSays(self, result, status, *words):
-        self.assertEqual(result.status, status, result.err)
+    def assert_says(self, result, status, *words):
+        assert result.status == status, result.err
         for word in words:
-            self.assertIn(word, result.err)
+            assert word in result.err
 
     def follow(self, *arguments, **options):
         follower = Follower(*arguments, **options)
-        self.addCleanup(follower.kill)
+        self.add_cleanup(follower.kill)
         return follower
 
     @staticmethod
@@ -38,7 +40,7 @@ class ToolCase(Case):
         return os.path.basename(pendant.path)
 
     def choose(self, pendant, layout):
-        self.addCleanup(os.unlink, self.udev_entry(pendant, layout))
+        self.add_cleanup(os.unlink, self.udev_entry(pendant, layout))
 
     @staticmethod
     def udev_entry(pendant, layout):
@@ -51,98 +53,98 @@ class ToolCase(Case):
         return path
 
 
-class NoPendant(ToolCase):
+class TestNoPendant(ToolCase):
     def test_every_verb(self):
         for arguments in (['list'], ['show'], ['set', 'step=1'], ['monitor'],
                           ['record', '/run/none'], ['list', '-d', '0']):
-            with self.subTest(arguments):
+            with row(arguments):
                 result = run(*arguments)
-                self.assertSays(result, NO_DEVICE, 'xhcctl: no pendant')
-                self.assertEqual(result.out, '')
+                self.assert_says(result, NO_DEVICE, 'xhcctl: no pendant')
+                assert result.out == ''
 
     def test_list_in_json(self):
         result = run('list', '--json')
-        self.assertEqual(result.status, NO_DEVICE)
-        self.assertEqual(result.json()[0]['pendants'], [])
+        assert result.status == NO_DEVICE
+        assert result.json()[0]['pendants'] == []
 
     def test_a_pendant_of_another_driver_is_none(self):
         pendant = self.plug()
         pendant.unbind()
-        self.assertSays(run('list'), NO_DEVICE)
+        self.assert_says(run('list'), NO_DEVICE)
         pendant.bind()
 
     def test_without_the_driver(self):
         rig.unload()
-        self.assertSays(run('list'), NO_DEVICE)
-        self.assertIn('driver hid_xhc: not loaded', run('--version').out)
+        self.assert_says(run('list'), NO_DEVICE)
+        assert 'driver hid_xhc: not loaded' in run('--version').out
 
     def test_version_of_the_driver(self):
         version = rig.read_file('/sys/module/hid_xhc/version').strip()
-        self.assertEqual(run('--version').out,
-                         'xhcctl %s\ndriver hid_xhc: %s\n' % (version, version))
+        assert run('--version').out == \
+                         'xhcctl %s\ndriver hid_xhc: %s\n' % (version, version)
 
 
-class List(ToolCase):
+class TestList(ToolCase):
     def test_text(self):
         pendant = self.plug()
         result = run('list')
-        self.assertEqual((result.status, result.err), (OK, ''))
+        assert (result.status, result.err) == (OK, '')
         head, line = result.out.splitlines()
-        self.assertEqual(head.split(), ['N', 'NAME', 'MODEL', 'AWAKE', 'EVENTS', 'HIDRAW',
-                                        'LAYOUT', 'PHYS'])
-        self.assertEqual(line.split(), [
+        assert head.split() == ['N', 'NAME', 'MODEL', 'AWAKE', 'EVENTS', 'HIDRAW',
+                                        'LAYOUT', 'PHYS']
+        assert line.split() == [
             '0', self.name(pendant), 'HB04', 'no', os.path.basename(pendant.event_node),
-            os.path.basename(pendant.hidraw_node), '(hb04-18)', pendant.device.phys])
+            os.path.basename(pendant.hidraw_node), '(hb04-18)', pendant.device.phys]
         for word in ('NAME', 'MODEL', 'AWAKE', 'EVENTS', 'HIDRAW', 'LAYOUT', 'PHYS'):
-            self.assertEqual(line[head.index(word) - 1], ' ')
-            self.assertNotEqual(line[head.index(word)], ' ')
+            assert line[head.index(word) - 1] == ' '
+            assert line[head.index(word)] != ' '
 
     def test_json(self):
         one, two = self.plug('HB03'), self.plug()
         two.report(selector=0x11)
         self.choose(two, 'hb04-16')
         result = run('list', '-j')
-        self.assertEqual(result.status, OK)
-        self.assertEqual(result.json()[0]['pendants'], [
+        assert result.status == OK
+        assert result.json()[0]['pendants'] == [
             {'index': 0, 'name': self.name(one), 'model': 'HB03', 'awake': False,
              'event': one.event_node, 'hidraw': one.hidraw_node, 'layout': None,
              'phys': one.device.phys},
             {'index': 1, 'name': self.name(two), 'model': 'HB04', 'awake': True,
              'event': two.event_node, 'hidraw': two.hidraw_node, 'layout': 'hb04-16',
-             'phys': two.device.phys}])
+             'phys': two.device.phys}]
 
     def test_every_name_of_a_pendant(self):
         one, two = self.plug('HB03'), self.plug()
         link = '/run/pendant'
         os.symlink(two.event_node, link)
-        self.addCleanup(os.unlink, link)
+        self.add_cleanup(os.unlink, link)
         for pendant, names in ((one, ['0']), (two, ['1', link])):
             node, raw = pendant.event_node, pendant.hidraw_node
             names += [self.name(pendant), self.name(pendant).lower(), node,
                       os.path.basename(node), raw, os.path.basename(raw), pendant.device.phys]
             for name in names:
-                with self.subTest(name):
+                with row(name):
                     pendants = run('list', '-j', '-d', name).json()[0]['pendants']
-                    self.assertEqual([each['name'] for each in pendants], [self.name(pendant)])
+                    assert [each['name'] for each in pendants] == [self.name(pendant)]
 
     def test_names_of_none(self):
         self.plug()
         for name in ('1', '-1', '', 'event', '/dev/null', '/dev/nothing', 'x' * 5000,
                      '0003:10CE:EB70.FFFF', '../..'):
-            with self.subTest(name):
-                self.assertSays(run('show', '--device=' + name), NO_DEVICE, 'no pendant')
+            with row(name):
+                self.assert_says(run('show', '--device=' + name), NO_DEVICE, 'no pendant')
 
     def test_of_several_one_must_be_named(self):
         self.plug('HB03'), self.plug()
         for arguments in (['show'], ['set', 'step=1'], ['monitor'], ['record', '/run/none']):
-            with self.subTest(arguments):
+            with row(arguments):
                 result = run(*arguments)
-                self.assertSays(result, USAGE, 'there are 2 pendants', '--device')
-                self.assertEqual(result.out, '')
-        self.assertEqual(run('show', '-d', '1').status, OK)
+                self.assert_says(result, USAGE, 'there are 2 pendants', '--device')
+                assert result.out == ''
+        assert run('show', '-d', '1').status == OK
 
 
-class Show(ToolCase):
+class TestShow(ToolCase):
     def test_text_is_sysfs(self):
         for model in ('HB03', 'HB04'):
             pendant = self.plug(model)
@@ -150,16 +152,16 @@ class Show(ToolCase):
             pendant.set('state', 'run+0x40')
             pendant.report(selector=0x11)
             result = run('show')
-            self.assertEqual((result.status, result.err), (OK, ''))
+            assert (result.status, result.err) == (OK, '')
             lines = dict(line.split(None, 1) for line in result.out.splitlines())
-            self.assertEqual(lines.pop('name'), self.name(pendant))
-            self.assertEqual(lines.pop('layout'), '-')
+            assert lines.pop('name') == self.name(pendant)
+            assert lines.pop('layout') == '-'
             names = os.listdir(pendant.path + '/dro')
             names = ['dro/' + name for name in names if name not in ('flush', 'position')]
             names += ['stats/' + name for name in STATS] + ['model', 'awake']
-            self.assertEqual(sorted(lines), sorted(names))
+            assert sorted(lines) == sorted(names)
             for name, value in lines.items():
-                self.assertEqual(value, pendant.get(os.path.basename(name)), name)
+                assert value == pendant.get(os.path.basename(name)), name
             pendant.unplug()
 
     def test_json_is_sysfs(self):
@@ -167,22 +169,22 @@ class Show(ToolCase):
         pendant.set('position', '65535.9999 -2 3 -220.334 0 -0.0001')
         pendant.set('day', '31')
         shown = run('show', '--json').json()[0]
-        self.assertEqual((shown['name'], shown['model'], shown['awake'], shown['layout']),
-                         (self.name(pendant), 'HB04', False, None))
+        assert (shown['name'], shown['model'], shown['awake'], shown['layout']) == \
+                         (self.name(pendant), 'HB04', False, None)
         for name in COORDINATES + NUMBERS + ('step', 'icon', 'state', 'day', 'refresh_ms'):
-            self.assertEqual(str(shown['dro'][name]).removesuffix('.0'),
-                             pendant.get(name), name)
-        self.assertEqual(' '.join(map(str, shown['dro']['step_available'])),
-                         pendant.get('step_available'))
-        self.assertEqual(shown['stats'], {name: pendant.stat(name) for name in STATS})
+            assert str(shown['dro'][name]).removesuffix('.0') == \
+                             pendant.get(name), name
+        assert ' '.join(map(str, shown['dro']['step_available'])) == \
+                         pendant.get('step_available')
+        assert shown['stats'] == {name: pendant.stat(name) for name in STATS}
 
     def test_a_closed_pipe_is_told(self):
         self.plug()
         with open('/dev/full', 'wb') as full:
-            self.assertSays(run('show', stdout=full), FAILURE, 'standard output')
+            self.assert_says(run('show', stdout=full), FAILURE, 'standard output')
 
 
-class Set(ToolCase):
+class TestSet(ToolCase):
     def test_several_fields_reach_the_display_in_one_frame(self):
         pendant = self.plug()
         for turn in range(1, 6):
@@ -190,43 +192,43 @@ class Set(ToolCase):
             result = run('set', 'work_x=%d.5' % turn, 'work_y=-77.89', 'machine_z=-%d' % turn,
                          'feedrate=%d' % turn, 'spindle_override=80', 'step=%d' % (turn % 2),
                          'state=run+pause', 'icon=%d' % turn)
-            self.assertEqual((result.status, result.out, result.err), (OK, '', ''))
-            self.assertTrue(pendant.device.wait_frames(before + 1))
-            self.assertEqual(pendant.settle(), before + 1)
+            assert (result.status, result.out, result.err) == (OK, '', '')
+            assert pendant.device.wait_frames(before + 1)
+            assert pendant.settle() == before + 1
             shown = pendant.device.lcd.as_dict()
-            self.assertEqual([shown[name] for name in (
+            assert [shown[name] for name in (
                 'work_x', 'work_y', 'machine_z', 'feedrate', 'spindle_override', 'step',
-                'state', 'icon')], ['%d.5000' % turn, '-77.8900', '-%d.0000' % turn, turn, 80,
-                                    turn % 2, 'run+pause', turn])
+                'state', 'icon')] == ['%d.5000' % turn, '-77.8900', '-%d.0000' % turn, turn, 80,
+                                    turn % 2, 'run+pause', turn]
 
     def test_position(self):
         pendant = self.plug('HB03')
-        self.assertEqual(run('set', 'position=1 2 3 4 5 6.125').status, OK)
-        self.assertEqual(pendant.get('position'), '1 2 3 4 5 6.13')
+        assert run('set', 'position=1 2 3 4 5 6.125').status == OK
+        assert pendant.get('position') == '1 2 3 4 5 6.13'
 
     def test_json_says_what_the_display_has(self):
         self.plug()
         result = run('set', 'work_x=1.99999', 'day=auto', '-j')
-        self.assertEqual((result.status, result.json()[0]['dro']['work_x']), (OK, 2))
+        assert (result.status, result.json()[0]['dro']['work_x']) == (OK, 2)
 
     def test_wait(self):
         pendant = self.plug()
-        self.assertEqual(run('set', '--wait', 'work_x=4').status, OK)
-        self.assertEqual(pendant.device.lcd.as_dict()['work_x'], '4.0000')
+        assert run('set', '--wait', 'work_x=4').status == OK
+        assert pendant.device.lcd.as_dict()['work_x'] == '4.0000'
 
     def test_wait_tells_of_a_pendant_that_takes_nothing(self):
         pendant = self.plug()
         pendant.settle()
         pendant.device.fault = 'stall'
         result = run('set', '--wait', 'work_x=4')
-        self.assertSays(result, FAILURE, 'xhcctl: the pendant has not taken it: Input/output')
+        self.assert_says(result, FAILURE, 'xhcctl: the pendant has not taken it: Input/output')
         pendant.device.fault = 'none'
 
     def test_wait_when_it_is_unplugged(self):
         pendant = self.plug()
         pendant.settle()
         pendant.device.fault = 'unplug'
-        self.assertSays(run('set', '--wait', 'work_x=4'), NO_DEVICE, 'has gone')
+        self.assert_says(run('set', '--wait', 'work_x=4'), NO_DEVICE, 'has gone')
 
     def test_all_or_none(self):
         pendant = self.plug()
@@ -234,25 +236,25 @@ class Set(ToolCase):
         before = run('show', '-j').json()[0]['dro']
         for wrong in ('icon=16', 'step=7', 'work_y=65536', 'day=0'):
             result = run('set', 'work_x=9', 'feedrate=9', 'state=pause', wrong)
-            self.assertSays(result, FAILURE, wrong.split('=')[0])
-            self.assertEqual(run('show', '-j').json()[0]['dro'], before)
+            self.assert_says(result, FAILURE, wrong.split('=')[0])
+            assert run('show', '-j').json()[0]['dro'] == before
         pendant.flush()
-        self.assertEqual(pendant.device.lcd.as_dict()['work_x'], '1.0000')
+        assert pendant.device.lcd.as_dict()['work_x'] == '1.0000'
 
     def ranges(self, model, rows):
         """(field, text of the range, values in it, values out of it, values that are none)"""
         self.plug(model)
         for field, text, good, over, none in rows:
             for value in good:
-                with self.subTest(model, field=field, value=value):
-                    self.assertSays(run('set', '%s=%s' % (field, value)), OK)
+                with row(model, field=field, value=value):
+                    self.assert_says(run('set', '%s=%s' % (field, value)), OK)
             for values, words in ((over, 'is out of range: '), (none, 'is not a value: ')):
                 for value in values:
-                    with self.subTest(model, field=field, value=value):
+                    with row(model, field=field, value=value):
                         result = run('set', '%s=%s' % (field, value))
-                        self.assertSays(result, FAILURE)
-                        self.assertEqual(result.err, 'xhcctl: %s: "%s" %s%s\n' % (
-                            field, value, words, text))
+                        self.assert_says(result, FAILURE)
+                        assert result.err == 'xhcctl: %s: "%s" %s%s\n' % (
+                            field, value, words, text)
 
     def test_ranges(self):
         number = ('0..65535', ['0', '65535'], ['-1', '65536'], ['', 'x', '1.5'])
@@ -278,11 +280,11 @@ class Set(ToolCase):
              ['256'], ['inch'])])
 
 
-class Monitor(ToolCase):
+class TestMonitor(ToolCase):
     def start(self, *arguments):
         follower = self.follow('monitor', '--json', *arguments)
         start = follower.document()
-        self.assertEqual(start['event'], 'start')
+        assert start['event'] == 'start'
         return follower, start
 
     @staticmethod
@@ -303,17 +305,17 @@ class Monitor(ToolCase):
         for model in ('HB03', 'HB04'):
             pendant = self.plug(model)
             follower, start = self.start()
-            self.assertEqual((start['model'], start['name'], start['selector'], start['awake']),
-                             (model, self.name(pendant), 'off', False))
+            assert (start['model'], start['name'], start['selector'], start['awake']) == \
+                             (model, self.name(pendant), 'off', False)
             pendant.report()
-            self.assertEqual(self.next(follower), {'event': 'awake', 'awake': True})
+            assert self.next(follower) == {'event': 'awake', 'awake': True}
             for scan in range(1, 0x18):
                 caption = MODELS[model].keys.get(scan)
                 pendant.report(key1=scan)
-                self.assertEqual(self.next(follower), self.key(scan, caption, True))
+                assert self.next(follower) == self.key(scan, caption, True)
                 pendant.report()
-                self.assertEqual(self.next(follower), self.key(scan, caption, False))
-            self.assertEqual(follower.end(signal.SIGINT), (OK, ''))
+                assert self.next(follower) == self.key(scan, caption, False)
+            assert follower.end(signal.SIGINT) == (OK, '')
             pendant.unplug()
 
     def test_selector_and_wheel(self):
@@ -321,15 +323,15 @@ class Monitor(ToolCase):
             pendant = self.plug(model)
             pendant.report()
             follower, start = self.start()
-            self.assertTrue(start['awake'])
+            assert start['awake']
             for code, position, value in ((0x11, 'X', 1), (0x13, 'Z', 3), (0x18, last, 4),
                                           (0, 'off', 0)):
                 pendant.report(selector=code)
-                self.assertEqual(self.next(follower), {
-                    'event': 'selector', 'position': position, 'value': value})
+                assert self.next(follower) == {
+                    'event': 'selector', 'position': position, 'value': value}
             for detents in (1, -1, 127, -128):
                 pendant.report(wheel=detents)
-                self.assertEqual(self.next(follower), {'event': 'wheel', 'detents': detents})
+                assert self.next(follower) == {'event': 'wheel', 'detents': detents}
             pendant.unplug()
 
     def test_the_chosen_layout(self):
@@ -337,21 +339,21 @@ class Monitor(ToolCase):
         pendant.report()
         self.choose(pendant, 'hb04-16')
         follower, start = self.start()
-        self.assertEqual(start['layout'], 'hb04-16')
+        assert start['layout'] == 'hb04-16'
         pendant.report(key1=8)
-        self.assertEqual(self.next(follower)['caption'], 'Probe-Z')
+        assert self.next(follower)['caption'] == 'Probe-Z'
 
     def test_a_layout_that_nobody_has(self):
         pendant = self.plug()
         pendant.report()
         self.choose(pendant, 'of-a-friend')
         follower, start = self.start()
-        self.assertEqual(start['layout'], None)
+        assert start['layout'] == None
         pendant.report(key1=8)
-        self.assertEqual(self.next(follower)['caption'], None)
+        assert self.next(follower)['caption'] == None
         status, err = follower.end(signal.SIGTERM)
-        self.assertEqual(status, OK)
-        self.assertIn('no layout "of-a-friend"', err)
+        assert status == OK
+        assert 'no layout "of-a-friend"' in err
 
     def test_a_key_that_was_mapped_anew(self):
         pendant = self.plug()
@@ -361,26 +363,26 @@ class Monitor(ToolCase):
         entry = struct.pack('<BBHI4s28x', 0, 4, 0, event, struct.pack('<I', 0x16))
         fcntl.ioctl(pendant.eyes.fd, 0x40284504, entry)
         pendant.report(key1=0x16)
-        self.assertEqual(self.next(follower), dict(self.key(0x16, 'Stop', True),
-                                                   code='KEY_STOP'))
+        assert self.next(follower) == dict(self.key(0x16, 'Stop', True),
+                                                   code='KEY_STOP')
 
     def test_an_unknown_key(self):
         pendant = self.plug()
         pendant.report()
         follower, _ = self.start()
         pendant.report(key1=0x42)
-        self.assertEqual(self.next(follower), {'event': 'unknown', 'scan': 0x42})
+        assert self.next(follower) == {'event': 'unknown', 'scan': 0x42}
 
     def test_sleep(self):
         pendant = self.plug()
         pendant.report(key1=2, selector=0x12)
         follower, start = self.start()
-        self.assertEqual((start['selector'], start['awake']), ('Y', True))
+        assert (start['selector'], start['awake']) == ('Y', True)
         pendant.asleep()
         got = [self.next(follower) for _ in range(3)]
-        self.assertEqual(sorted(got, key=lambda event: event['event']), [
+        assert sorted(got, key=lambda event: event['event']) == [
             {'event': 'awake', 'awake': False}, self.key(2, 'Start/Pause', False),
-            {'event': 'selector', 'position': 'off', 'value': 0}])
+            {'event': 'selector', 'position': 'off', 'value': 0}]
 
     def test_unplugged_with_a_key_down(self):
         """Whoever reads this sees the key go up, whatever the kernel had time to say."""
@@ -388,25 +390,25 @@ class Monitor(ToolCase):
         pendant.report(key1=2, selector=0x12)
         follower, _ = self.start()
         pendant.report(key1=2, key2=3, selector=0x12)
-        self.assertEqual(self.next(follower), self.key(3, 'Rewind', True))
+        assert self.next(follower) == self.key(3, 'Rewind', True)
         pendant.unplug()
         got = [self.short(json.loads(line)) for line in follower.rest()]
-        self.assertEqual(got.pop(), {'event': 'gone'})
+        assert got.pop() == {'event': 'gone'}
         for event in (self.key(2, 'Start/Pause', False), self.key(3, 'Rewind', False),
                       {'event': 'selector', 'position': 'off', 'value': 0}):
-            self.assertEqual(got.count(event), 1, got)
+            assert got.count(event) == 1, got
         status, err = follower.end()
-        self.assertEqual(status, NO_DEVICE)
-        self.assertIn('has gone', err)
+        assert status == NO_DEVICE
+        assert 'has gone' in err
 
     def test_unplugged_while_nothing_happens(self):
         pendant = self.plug()
         for arguments in ([], ['--display'], ['--timeout', '60']):
             follower, _ = self.start(*arguments)
             pendant.unplug()
-            self.assertEqual(self.short(json.loads(follower.rest()[-1])),
-                             {'event': 'gone'})
-            self.assertEqual(follower.end()[0], NO_DEVICE)
+            assert self.short(json.loads(follower.rest()[-1])) == \
+                             {'event': 'gone'}
+            assert follower.end()[0] == NO_DEVICE
             pendant.plug()
 
     def test_driver_taken_away(self):
@@ -414,7 +416,7 @@ class Monitor(ToolCase):
         follower, _ = self.start()
         pendant.unbind()
         follower.rest()
-        self.assertEqual(follower.end()[0], NO_DEVICE)
+        assert follower.end()[0] == NO_DEVICE
         pendant.bind()
 
     def test_no_key_latches_when_events_are_lost(self):
@@ -424,12 +426,12 @@ class Monitor(ToolCase):
         follower, _ = self.start()
         pendant.report(key1=5, key2=6, selector=0x11)
         for event in (self.next(follower) for _ in range(2)):
-            self.assertIn(event['event'], ('key', 'selector'))
+            assert event['event'] in ('key', 'selector')
         follower.process.send_signal(signal.SIGSTOP)
         for turn in range(3000):
             pendant.report(key1=7, wheel=1 if turn % 2 else -1, selector=0x13)
         pendant.report(key1=7, selector=0x13)
-        self.assertTrue(rig.find.wait(lambda: pendant.stat('reports') == 3003, 30))
+        assert rig.find.wait(lambda: pendant.stat('reports') == 3003, 30)
         follower.process.send_signal(signal.SIGCONT)
         held, selector, kinds = {5, 6}, 'X', set()
         pendant.report(key1=9, selector=0x13)
@@ -440,17 +442,17 @@ class Monitor(ToolCase):
                 (held.add if event['down'] else held.discard)(event['scan'])
             elif event['event'] == 'selector':
                 selector = event['position']
-        self.assertEqual(held, {9})
-        self.assertIn('lost', kinds)
+        assert held == {9}
+        assert 'lost' in kinds
 
     def test_display(self):
         pendant = self.plug()
         follower, start = self.start('--display')
-        self.assertEqual(start['dro']['work_x'], 0)
+        assert start['dro']['work_x'] == 0
         pendant.set('position', '1 2 3 4 5 6')
         event = self.next(follower)
-        self.assertEqual((event['event'], event['dro']['work_x'], event['dro']['machine_z']),
-                         ('display', 1, 6))
+        assert (event['event'], event['dro']['work_x'], event['dro']['machine_z']) == \
+                         ('display', 1, 6)
 
     def test_count_and_timeout(self):
         pendant = self.plug()
@@ -458,26 +460,26 @@ class Monitor(ToolCase):
         follower, _ = self.start('--count', '2')
         pendant.report(key1=1, wheel=3)
         pendant.report(key1=2)
-        self.assertEqual(len(follower.rest()), 2)
-        self.assertEqual(follower.end(), (OK, ''))
-        self.assertEqual(run('monitor', '--timeout', '0.2').status, OK)
-        self.assertSays(run('monitor', '--timeout=.2', '-n', '3'), FAILURE, 'time is up: 0 of 3')
+        assert len(follower.rest()) == 2
+        assert follower.end() == (OK, '')
+        assert run('monitor', '--timeout', '0.2').status == OK
+        self.assert_says(run('monitor', '--timeout=.2', '-n', '3'), FAILURE, 'time is up: 0 of 3')
 
     def test_lines(self):
         pendant = self.plug()
         pendant.report()
         follower = self.follow('monitor', '--count', '6')
         time_of = r'\d\d:\d\d:\d\d\.\d{3} '
-        self.assertRegex(follower.line(), time_of + 'start    %s awake selector off$'
-                         % self.name(pendant))
+        assert re.search(time_of + 'start    %s awake selector off$' \
+                         % self.name(pendant), follower.line())
         pendant.report(key1=0x0D, selector=0x11, wheel=-3)
         pendant.report(key1=0x18)
         for pattern in ('selector X', 'key      STEP[+][+]       down  0dh BTN_TRIGGER_HAPPY13',
                         r'wheel    -3', 'selector off'):
-            self.assertRegex(follower.line(), time_of + pattern + '$')
+            assert re.search(time_of + pattern + '$', follower.line())
         rest = [line.split(None, 1)[1] for line in follower.rest()]
-        self.assertIn('unknown  -            down  18h', rest)
-        self.assertEqual(follower.end(), (OK, ''))
+        assert 'unknown  -            down  18h' in rest
+        assert follower.end() == (OK, '')
 
     def test_a_reader_that_has_gone(self):
         """xhcctl monitor | head -1"""
@@ -487,7 +489,7 @@ class Monitor(ToolCase):
         read_end = follower.process.stdout.fileno()
         os.dup2(os.open('/dev/null', os.O_RDONLY), read_end)
         pendant.report(key1=1)
-        self.assertEqual(follower.process.wait(30), -signal.SIGPIPE)
+        assert follower.process.wait(30) == -signal.SIGPIPE
 
 
 class Terminal:
@@ -536,10 +538,10 @@ class Terminal:
         os.close(self.master)
 
 
-class Picture(ToolCase):
+class TestPicture(ToolCase):
     def terminal(self, *arguments, **more):
         terminal = Terminal('monitor', *arguments, **more)
-        self.addCleanup(terminal.close)
+        self.add_cleanup(terminal.close)
         return terminal
 
     def test_the_lcd_is_what_the_pendant_shows(self):
@@ -559,53 +561,53 @@ class Picture(ToolCase):
                     pendant.set(name, str(number * 1000 + at))
                 pendant.flush()
                 for line in pendant.device.screen():
-                    self.assertTrue(terminal.shows(line), (line, terminal.lines()))
+                    assert terminal.shows(line), (line, terminal.lines())
             pendant.unplug()
 
     def test_events_beside_and_below(self):
         pendant = self.plug()
         pendant.report()
         terminal = self.terminal()
-        self.assertTrue(terminal.shows('selector  off'))
+        assert terminal.shows('selector  off')
         pendant.report(key1=0x0D, key2=0x17, selector=0x12, wheel=5)
         for text in ('selector  Y', 'wheel     +5, last +5', 'keys      STEP++', 'Reset',
                      'selector Y', 'STEP++       down  0dh BTN_TRIGGER_HAPPY13'):
-            self.assertTrue(terminal.shows(text), (text, terminal.lines()))
+            assert terminal.shows(text), (text, terminal.lines())
         pendant.report(selector=0x12, wheel=-2)
-        self.assertTrue(terminal.shows('wheel     +3, last -2'))
-        self.assertTrue(terminal.shows('keys      -'))
+        assert terminal.shows('wheel     +3, last -2')
+        assert terminal.shows('keys      -')
         lines = terminal.lines()
-        self.assertLessEqual(len(lines), 24)
-        self.assertLessEqual(max(map(len, lines)), 80)
+        assert len(lines) <= 24
+        assert max(map(len, lines)) <= 80
         terminal.process.send_signal(signal.SIGINT)
-        self.assertEqual(terminal.process.wait(30), OK)
-        self.assertTrue(rig.find.wait(lambda: terminal.bytes.endswith(b'\x1b[?25h')))
+        assert terminal.process.wait(30) == OK
+        assert rig.find.wait(lambda: terminal.bytes.endswith(b'\x1b[?25h'))
 
     def test_more_events_than_lines(self):
         pendant = self.plug()
         pendant.report()
         terminal = self.terminal()
-        self.assertTrue(terminal.shows('selector  off'))
+        assert terminal.shows('selector  off')
         for turn in range(1, 41):
             pendant.report(wheel=turn)
-        self.assertTrue(terminal.shows('wheel    +40'), terminal.lines())
+        assert terminal.shows('wheel    +40'), terminal.lines()
         events = [line for line in terminal.lines() if ' wheel    +' in line]
-        self.assertEqual([event.split()[-1] for event in events],
-                         ['+%d' % turn for turn in range(31, 41)])
-        self.assertLessEqual(len(terminal.lines()), 24)
+        assert [event.split()[-1] for event in events] == \
+                         ['+%d' % turn for turn in range(31, 41)]
+        assert len(terminal.lines()) <= 24
 
     def test_asleep_and_unplugged(self):
         pendant = self.plug()
         terminal = self.terminal()
-        self.assertTrue(terminal.shows('HB04 asleep'))
+        assert terminal.shows('HB04 asleep')
         pendant.unplug()
-        self.assertEqual(terminal.process.wait(30), NO_DEVICE)
-        self.assertTrue(terminal.bytes.rstrip().endswith(b'\x1b[?25h'))
+        assert terminal.process.wait(30) == NO_DEVICE
+        assert terminal.bytes.rstrip().endswith(b'\x1b[?25h')
 
     def test_a_terminal_that_can_do_nothing_gets_lines(self):
         pendant = self.plug()
         terminal = self.terminal('-n', '1', TERM='dumb')
-        self.assertTrue(terminal.shows('start'))
+        assert terminal.shows('start')
         pendant.report()
-        self.assertEqual(terminal.process.wait(30), OK)
-        self.assertNotIn(b'\x1b', terminal.bytes)
+        assert terminal.process.wait(30) == OK
+        assert b'\x1b' not in terminal.bytes

@@ -14,24 +14,25 @@ from tool import FAILURE, NO_DEVICE, OK
 from xhc_sim import find
 from xhc_sim.models import REPORT_DESCRIPTOR
 from xhcctl_tool import LAYOUTS, Follower, environment, run, xhcctl
+import re
 
 FOLDER = '/run/recordings'
 
 
 class FileCase(Case):
-    def setUp(self):
-        super().setUp()
+    def set_up(self):
+        super().set_up()
         os.makedirs(FOLDER, exist_ok=True)
 
     def follow(self, *arguments, **options):
         follower = Follower(*arguments, **options)
-        self.addCleanup(follower.kill)
+        self.add_cleanup(follower.kill)
         return follower
 
-    def assertSays(self, result, status, *words):
-        self.assertEqual(result.status, status, result.err)
+    def assert_says(self, result, status, *words):
+        assert result.status == status, result.err
         for word in words:
-            self.assertIn(word, result.err)
+            assert word in result.err
 
     @staticmethod
     def as_nobody(*arguments):
@@ -49,7 +50,7 @@ class FileCase(Case):
         return path
 
 
-class Record(FileCase):
+class TestRecord(FileCase):
     def begun(self, *arguments):
         """Waits for the head of the recording on standard output."""
         follower = self.follow('record', *arguments)
@@ -59,62 +60,62 @@ class Record(FileCase):
         for model, product in (('HB03', 'eb6e'), ('HB04', 'eb70')):
             pendant = self.plug(model)
             follower, head = self.begun('--count', '2')
-            self.assertEqual(head, [
+            assert head == [
                 'D: 0', 'R: %d %s' % (len(REPORT_DESCRIPTOR), REPORT_DESCRIPTOR.hex(' ')),
-                'N: KTURT.LTD', 'P: ' + pendant.device.phys, 'I: 3 10ce ' + product])
+                'N: KTURT.LTD', 'P: ' + pendant.device.phys, 'I: 3 10ce ' + product]
             pendant.report(key1=1, selector=0x11, wheel=-1, day=0)
             time.sleep(1.5)
             pendant.report(day=0)
             first, second = follower.rest()
-            self.assertEqual(first, 'E: 000000.000000 6 04 01 00 11 ff 01')
-            self.assertRegex(second, r'^E: 00000[12]\.\d{6} 6 04 00 00 00 00 00$')
-            self.assertEqual(follower.end(), (OK, ''))
+            assert first == 'E: 000000.000000 6 04 01 00 11 ff 01'
+            assert re.search(r'^E: 00000[12]\.\d{6} 6 04 00 00 00 00 00$', second)
+            assert follower.end() == (OK, '')
             pendant.unplug()
 
     def test_to_a_file_until_interrupted(self):
         pendant = self.plug()
         path = os.path.join(FOLDER, 'interrupted')
         follower = self.follow('record', '--json', path)
-        self.assertTrue(find.wait(lambda: os.path.exists(path) and
-                                  'I: 3' in rig.read_file(path), 20))
+        assert find.wait(lambda: os.path.exists(path) and
+                                  'I: 3' in rig.read_file(path), 20)
         pendant.report(key1=1)
-        self.assertTrue(find.wait(lambda: 'E: ' in rig.read_file(path), 20))
+        assert find.wait(lambda: 'E: ' in rig.read_file(path), 20)
         follower.process.send_signal(signal.SIGINT)
-        self.assertEqual(json.loads(follower.line()), {
+        assert json.loads(follower.line()) == {
             'schema': 1, 'tool': 'xhcctl', 'verb': 'record', 'file': path, 'reports': 1,
-            'name': os.path.basename(pendant.path)})
-        self.assertEqual(follower.end(), (OK, ''))
-        self.assertEqual(run('replay', '-c', path).status, OK)
+            'name': os.path.basename(pendant.path)}
+        assert follower.end() == (OK, '')
+        assert run('replay', '-c', path).status == OK
 
     def test_unplugged(self):
         pendant = self.plug()
         follower, _ = self.begun()
         pendant.report(key1=1)
-        self.assertTrue(follower.line().startswith('E: '))
+        assert follower.line().startswith('E: ')
         pendant.unplug()
-        self.assertEqual(follower.rest(), [])
+        assert follower.rest() == []
         status, err = follower.end()
-        self.assertEqual(status, NO_DEVICE)
-        self.assertIn('has gone', err)
+        assert status == NO_DEVICE
+        assert 'has gone' in err
 
     def test_time_is_up(self):
         self.plug()
-        self.assertEqual(run('record', '--timeout', '.1').status, OK)
-        self.assertSays(run('record', '-t', '.1', '-n', '1'), FAILURE, 'time is up: 0 of 1')
+        assert run('record', '--timeout', '.1').status == OK
+        self.assert_says(run('record', '-t', '.1', '-n', '1'), FAILURE, 'time is up: 0 of 1')
 
     def test_a_file_that_cannot_be_written(self):
         self.plug()
-        self.assertSays(run('record', FOLDER), FAILURE, 'Is a directory')
-        self.assertEqual(run('record', '-t', '5', '/dev/full').status, FAILURE)
+        self.assert_says(run('record', FOLDER), FAILURE, 'Is a directory')
+        assert run('record', '-t', '5', '/dev/full').status == FAILURE
 
     def test_not_allowed(self):
         """The hidraw node is root's."""
         self.plug()
 
-        self.assertSays(self.as_nobody('record'), FAILURE, '/dev/hidraw', 'Permission denied')
+        self.assert_says(self.as_nobody('record'), FAILURE, '/dev/hidraw', 'Permission denied')
 
 
-class Replay(FileCase):
+class TestReplay(FileCase):
     SCENE = ((1, 0, 0x11, 0), (1, 2, 0x11, -3), (0, 2, 0x12, 5), (0, 0, 0x12, 0), (0, 0, 0, 127),
              (0x16, 0x17, 0, -128), (0, 0, 0, 0))
     EVENTS = (selected(0, 1) + pressed(1), pressed(2) + turned(-3),
@@ -130,24 +131,24 @@ class Replay(FileCase):
         pendant = self.plug(phys='recorded-%s/input0' % name)
         path = os.path.join(FOLDER, name)
         follower = self.follow('record', '--count', str(len(self.SCENE)), path)
-        self.assertTrue(find.wait(lambda: os.path.exists(path) and
-                                  'I: 3' in rig.read_file(path), 20))
+        assert find.wait(lambda: os.path.exists(path) and
+                                  'I: 3' in rig.read_file(path), 20)
         self.play(self.SCENE, pendant)
-        self.assertEqual(follower.end(), (OK, ''))
+        assert follower.end() == (OK, '')
         for events in self.EVENTS:
-            self.assertEqual([event for event in pendant.packet()],
-                             events)
+            assert [event for event in pendant.packet()] == \
+                             events
         pendant.unplug()
         return path, pendant.device.phys
 
     def eyes(self, phys):
         """On the event node of the pendant that replay makes."""
         path = find.wait(lambda: find.hid_directory(phys), 20)
-        self.assertTrue(path)
+        assert path
         node = find.wait(lambda: find.nodes(path)[0], 20)
-        self.assertTrue(find.wait(lambda: os.path.exists(node), 20))
+        assert find.wait(lambda: os.path.exists(node), 20)
         eyes = rig.Eyes(node)
-        self.addCleanup(eyes.close)
+        self.add_cleanup(eyes.close)
         return eyes
 
     def test_what_was_recorded_gives_the_same_events(self):
@@ -157,11 +158,11 @@ class Replay(FileCase):
                                    *more)
             eyes = self.eyes(phys)
             for events in self.EVENTS:
-                self.assertEqual(eyes.packet(40), events)
+                assert eyes.packet(40) == events
             document = follower.document()
-            self.assertEqual((document['reports'], document['sent']), (7, 7))
-            self.assertEqual(follower.end(), (OK, ''))
-            self.assertTrue(find.wait(lambda: not find.hid_directory(phys), 20))
+            assert (document['reports'], document['sent']) == (7, 7)
+            assert follower.end() == (OK, '')
+            assert find.wait(lambda: not find.hid_directory(phys), 20)
 
     def timed(self, *more):
         path = self.write('timed', 'R: %d %s\nP: timed/input0\nI: 3 10ce eb70\n' % (
@@ -169,48 +170,48 @@ class Replay(FileCase):
             'E: 000100.000000 6 04 01 00 00 00 01\nE: 000103.000000 6 04 02 00 00 00 02\n')
         self.follow('replay', '--before', '20', '--after', '20', path, *more)
         eyes = self.eyes('timed/input0')
-        self.assertEqual(eyes.packet(40), pressed(1))
+        assert eyes.packet(40) == pressed(1)
         began = time.monotonic()
-        self.assertEqual(eyes.packet(40), released(1) + pressed(2))
+        assert eyes.packet(40) == released(1) + pressed(2)
         return time.monotonic() - began
 
     def test_the_recorded_pauses(self):
-        self.assertGreater(self.timed(), 2.5)
+        assert self.timed() > 2.5
 
     def test_fast(self):
-        self.assertLess(self.timed('--fast'), 2.5)
+        assert self.timed('--fast') < 2.5
 
     def test_the_display_of_a_replayed_one(self):
         """Its frames are taken; the pendant is one as any other."""
         path, phys = self.recorded('display')
         follower = self.follow('replay', '--before', '30', path)
         self.eyes(phys)
-        self.assertSays(run('set', '-d', phys, '--wait', 'work_x=1'), OK)
-        self.assertEqual(run('show', '-d', phys, '-j').json()[0]['dro']['work_x'], 1)
-        self.assertEqual(follower.end(signal.SIGINT)[0], OK)
+        self.assert_says(run('set', '-d', phys, '--wait', 'work_x=1'), OK)
+        assert run('show', '-d', phys, '-j').json()[0]['dro']['work_x'] == 1
+        assert follower.end(signal.SIGINT)[0] == OK
 
     def test_no_driver(self):
         path = self.write('strange', 'R: %d %s\nI: 3 1234 5678\n' % (
             len(REPORT_DESCRIPTOR), REPORT_DESCRIPTOR.hex(' ')))
-        self.assertSays(run('replay', path), FAILURE, 'no driver has taken')
+        self.assert_says(run('replay', path), FAILURE, 'no driver has taken')
 
     def test_a_descriptor_that_the_kernel_refuses(self):
         path = self.write('broken', 'R: 3 c0 c0 c0\nI: 3 10ce eb70\n')
-        self.assertSays(run('replay', path), FAILURE)
+        self.assert_says(run('replay', path), FAILURE)
 
     def test_a_hostile_file_makes_no_device(self):
         path = self.write('hostile', 'R: 1 00\nP: hostile/input0\nI: 3 10ce eb70\nE: x\n')
-        self.assertSays(run('replay', path), FAILURE, 'hostile:4: ')
-        self.assertIsNone(find.hid_directory('hostile/input0'))
+        self.assert_says(run('replay', path), FAILURE, 'hostile:4: ')
+        assert find.hid_directory('hostile/input0') is None
 
     def test_without_uhid(self):
         os.rename('/dev/uhid', '/dev/uhid.away')
-        self.addCleanup(os.rename, '/dev/uhid.away', '/dev/uhid')
+        self.add_cleanup(os.rename, '/dev/uhid.away', '/dev/uhid')
         path = self.write('good', 'R: 1 00\nI: 3 10ce eb70\n')
-        self.assertSays(run('replay', path), NO_DEVICE, 'modprobe uhid')
+        self.assert_says(run('replay', path), NO_DEVICE, 'modprobe uhid')
 
 
-class Apply(FileCase):
+class TestApply(FileCase):
     """With programs in udev's place that write down how they were called."""
 
     CALLED = '/run/called'
@@ -239,41 +240,41 @@ class Apply(FileCase):
     def test_layout(self):
         one, two = self.plug(), self.plug('HB03')
         result = self.apply('hb04-16')
-        self.assertEqual((result.returncode, result.stderr), (OK, ''))
-        self.assertEqual(result.stdout, run('layout', 'hb04-16').out)
-        self.assertEqual(self.called(), ['systemd-hwdb update', 'udevadm trigger %s %s' % (
-            one.event_node, two.event_node)])
+        assert (result.returncode, result.stderr) == (OK, '')
+        assert result.stdout == run('layout', 'hb04-16').out
+        assert self.called() == ['systemd-hwdb update', 'udevadm trigger %s %s' % (
+            one.event_node, two.event_node)]
 
     def test_nothing_is_triggered_without_a_pendant(self):
-        self.assertEqual(self.apply('hb04-16').returncode, OK)
-        self.assertEqual(self.called(), ['systemd-hwdb update'])
+        assert self.apply('hb04-16').returncode == OK
+        assert self.called() == ['systemd-hwdb update']
 
     def test_default(self):
         pendant = self.plug()
         result = self.apply('default')
-        self.assertEqual((result.returncode, result.stdout), (OK, ''))
-        self.assertIn('plugged in', result.stderr)
-        self.assertEqual(self.called()[1], 'udevadm trigger ' + pendant.event_node)
+        assert (result.returncode, result.stdout) == (OK, '')
+        assert 'plugged in' in result.stderr
+        assert self.called()[1] == 'udevadm trigger ' + pendant.event_node
 
     def test_a_program_that_fails(self):
         self.plug()
         result = self.apply('hb04-16', 1)
-        self.assertEqual(result.returncode, FAILURE)
-        self.assertIn('xhcctl: systemd-hwdb update has failed', result.stderr)
-        self.assertEqual(self.called(), ['systemd-hwdb update'])
+        assert result.returncode == FAILURE
+        assert 'xhcctl: systemd-hwdb update has failed' in result.stderr
+        assert self.called() == ['systemd-hwdb update']
 
     def test_without_root(self):
-        self.assertSays(self.as_nobody('layout', 'hb03', '--write'), FAILURE,
+        self.assert_says(self.as_nobody('layout', 'hb03', '--write'), FAILURE,
                         '/etc/udev/hwdb.d/61-xhc-pendant.hwdb')
 
     def test_entry_for_one_pendant(self):
         pendant = self.plug()
         result = run('layout', 'hb04-16', '-d', '0')
-        self.assertEqual(result.out.splitlines()[1], 'evdev:name:XHC HB04 Pendant:phys:%s:*'
-                         % pendant.device.phys)
+        assert result.out.splitlines()[1] == 'evdev:name:XHC HB04 Pendant:phys:%s:*' \
+                         % pendant.device.phys
 
     def test_how_to_put_it_to_work(self):
         pendant = self.plug()
         result = run('layout', 'hb04-16', '--write', '--root', '/run/root')
-        self.assertIn('systemd-hwdb update --root=/run/root', result.err)
-        self.assertNotIn(pendant.event_node, result.err)
+        assert 'systemd-hwdb update --root=/run/root' in result.err
+        assert pendant.event_node not in result.err

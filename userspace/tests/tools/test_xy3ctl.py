@@ -23,35 +23,33 @@ xy3ctl = Tool('xy3ctl')
 SPIDEV = os.environ.get('SPIDEV_MODULE', '')
 
 
-def setUpModule():
+def setup_module():
     forward_rig.load()
     kernel.load_module(SPIDEV)
 
 
 class Case(forward_rig.Case):
-    maxDiff = None
-
     def head(self, *arguments, attach=True, **keywords):
         """A virtual head whose backchannel is attached."""
         forward = self.forward(*arguments, **keywords)
         if attach:
-            self.assertTrue(forward.attach())
+            assert forward.attach()
         return forward
 
     def started(self, *words, **options):
         running = xy3ctl.start(*words, **options)
-        self.addCleanup(running.close)
+        self.add_cleanup(running.close)
         return running
 
-    def assertStatus(self, status, *words, says='', text=''):
+    def assert_status(self, status, *words, says='', text=''):
         """That it ends so, with a word about it on standard error, and nothing on the other"""
         found, output, errors = xy3ctl.run(*words, text=text)
-        self.assertEqual((found, output), (status, ''), (words, errors))
-        self.assertRegex(errors, r'^xy3ctl', words)
-        self.assertIn(says, errors)
+        assert (found, output) == (status, ''), (words, errors)
+        assert re.search(r'^xy3ctl', errors), words
+        assert says in errors
 
 
-class Words(Case):
+class TestWords(Case):
     def test_usage(self):
         for words in ((), ('fly',), ('list', '-x'), ('list', 'more'), ('goto',), ('goto', 'q=1'),
                       ('goto', 'xy=1'), ('goto', '1', '2', '3', '4', '5', '6'), ('stream',),
@@ -64,56 +62,56 @@ class Words(Case):
                       ('command', 'rate', '115200x'), ('attach',), ('attach', '-r', '1', 'tty'),
                       ('attach', 'a', 'b'), ('detach',), ('watch', '-i', '0'),
                       ('watch', '-n', 'few'), ('packets', '-n', '0'), ('packets', 'a', 'b')):
-            self.assertStatus(USAGE, *words)
+            self.assert_status(USAGE, *words)
 
     def test_help_and_version(self):
         status, output, errors = xy3ctl.run('--help')
-        self.assertEqual((status, errors), (OK, ''))
+        assert (status, errors) == (OK, '')
         verbs = re.findall(r'^  ([a-z]+) ', output, re.M)
-        self.assertGreaterEqual(set(verbs), {'list', 'show', 'watch', 'packets', 'command', 'goto',
-                                             'stream', 'attach', 'detach'})
+        assert set(verbs) >= {'list', 'show', 'watch', 'packets', 'command', 'goto',
+                                             'stream', 'attach', 'detach'}
         for verb in verbs:
             status, output, errors = xy3ctl.run(verb, '--help')
-            self.assertEqual((status, errors), (OK, ''), verb)
-            self.assertIn('Usage: xy3ctl %s ' % verb, output)
+            assert (status, errors) == (OK, ''), verb
+            assert 'Usage: xy3ctl %s ' % verb in output
         status, output, _ = xy3ctl.run('--version')
-        self.assertEqual(status, OK)
+        assert status == OK
         version = read_file('/sys/module/xy3/version').strip()
-        self.assertEqual(output, 'xy3ctl %s\ndriver xy3: %s\ndriver xy3_spi: %s\n'
-                         % ((version,) * 3))
+        assert output == 'xy3ctl %s\ndriver xy3: %s\ndriver xy3_spi: %s\n' \
+                         % ((version,) * 3)
 
     def test_no_head(self):
-        self.assertTrue(wait(lambda: not head_rig.heads()))
+        assert wait(lambda: not head_rig.heads())
         for words in (('list',), ('show',), ('watch',), ('packets',), ('goto', '1'),
                       ('stream', 'circle'), ('command', 'calibrate'), ('show', '-d', 'xy3-7'),
                       ('show', '-d', 'nonsense'), ('detach', 'xy3-7'),
                       ('attach', '/dev/no-such-tty'),
                       ('goto', '1', '--spidev', '/dev/spidev99.9')):
-            self.assertStatus(NO_DEVICE, *words)
-        self.assertEqual(xy3ctl.json('list', status=NO_DEVICE)['heads'], [])
-        self.assertStatus(FAILURE, 'attach', '/dev/null', says='no UART')
+            self.assert_status(NO_DEVICE, *words)
+        assert xy3ctl.json('list', status=NO_DEVICE)['heads'] == []
+        self.assert_status(FAILURE, 'attach', '/dev/null', says='no UART')
 
 
-class Telling(Case):
+class TestTelling(Case):
     def told(self, forward):
         """A head that tells all, and has told it."""
         for name, text in (('vendor', 'Lasers Ltd'), ('model', 'LX-20'), ('firmware', '1.2.3'),
                            ('serial', '4711'), ('temperatures', '3150 - 2980 -550'),
                            ('errors', '0 0 1 101'), ('hours', '1234 - 7'), ('report', '1')):
             forward.set_sim(name, text)
-        self.assertTrue(wait(lambda: head_rig.error_name(read_file, forward.head + 'serial') is
-                             None and read_file(forward.head + 'errors/dac_y') == '101\n', 20))
+        assert wait(lambda: head_rig.error_name(read_file, forward.head + 'serial') is
+                             None and read_file(forward.head + 'errors/dac_y') == '101\n', 20)
 
     def test_list_and_show(self):
         forward = self.head(4, 'line')
         self.told(forward)
         status, output, errors = xy3ctl.run('list')
-        self.assertEqual((status, errors), (OK, ''))
+        assert (status, errors) == (OK, '')
         iio = os.path.basename(forward.iio.rstrip('/'))
-        self.assertEqual([line.split() for line in output.splitlines()],
+        assert [line.split() for line in output.splitlines()] == \
                          [['HEAD', 'SYNC', 'RATE', 'BACK', 'FORWARD', 'IIO', 'VENDOR', 'MODEL'],
                           ['xy3-0', 'yes', '115200', 'ttyXY3SIM0', forward.device, iio, 'Lasers',
-                           'Ltd', 'LX-20']])
+                           'Ltd', 'LX-20']]
 
         head, = xy3ctl.json('list')['heads']
         want = {'head': 'xy3-0', 'node': '/dev/xy3-0', 'back': 'ttyXY3SIM0', 'iio': iio,
@@ -122,35 +120,35 @@ class Telling(Case):
                 'temperature': {'head': 31.5, 'dac_x': 29.8, 'dac_y': -5.5},
                 'errors': {'head': 'none', 'dsp': 'none', 'dac_x': 'temperature', 'dac_y': '101'},
                 'hours': {'head': 1234, 'dac_x': 7}, 'frame_errors': dict.fromkeys('xyzuw', 0)}
-        self.assertEqual(head, want)
+        assert head == want
         for name in ('xy3-0', '0', '/dev/xy3-0'):
             show = xy3ctl.json('show', '-d', name)
-            self.assertEqual({key: show[key] for key in want}, want)
-        self.assertEqual(show['statistics'].keys(), set(head_rig.STATS))
-        self.assertEqual((show['stream']['frame_bits'], show['stream']['scans']), (24, 0))
+            assert {key: show[key] for key in want} == want
+        assert show['statistics'].keys() == set(head_rig.STATS)
+        assert (show['stream']['frame_bits'], show['stream']['scans']) == (24, 0)
 
         status, output, errors = xy3ctl.run('show')
-        self.assertEqual((status, errors), (OK, ''))
-        self.assertIn('xy3-0  Lasers Ltd LX-20  firmware 1.2.3  serial 4711\n', output)
-        self.assertIn('in sync at 115200 bit/s', output)
-        self.assertRegex(output, r'\ndac +29\.80 +-5\.50 +- +- +- +31\.50 +-\n')
-        self.assertRegex(output, r'\nerrors +dac_x +temperature +dac_y +101 *\n')
-        self.assertRegex(output, r'\n  rx_packets +[1-9]\d*\n')
-        self.assertNotIn('\033', output)
+        assert (status, errors) == (OK, '')
+        assert 'xy3-0  Lasers Ltd LX-20  firmware 1.2.3  serial 4711\n' in output
+        assert 'in sync at 115200 bit/s' in output
+        assert re.search(r'\ndac +29\.80 +-5\.50 +- +- +- +31\.50 +-\n', output)
+        assert re.search(r'\nerrors +dac_x +temperature +dac_y +101 *\n', output)
+        assert re.search(r'\n  rx_packets +[1-9]\d*\n', output)
+        assert '\033' not in output
 
     def test_without_one_channel(self):
         forward = self.head(2, 'cs', attach=False)
         show = xy3ctl.json('show')
-        self.assertEqual((show['back'], show['rate'], show['vendor'], show['errors']),
-                         (None, None, None, {}))
-        self.assertIn('no backchannel', xy3ctl.run('show')[1])
-        self.assertStatus(FAILURE, 'command', 'rate', '57600', says='no backchannel')
-        self.assertTrue(forward.attach())
+        assert (show['back'], show['rate'], show['vendor'], show['errors']) == \
+                         (None, None, None, {})
+        assert 'no backchannel' in xy3ctl.run('show')[1]
+        self.assert_status(FAILURE, 'command', 'rate', '57600', says='no backchannel')
+        assert forward.attach()
         forward.unbind()
         show = xy3ctl.json('show')
-        self.assertEqual((show['back'], show['iio'], show['stream']), ('ttyXY3SIM0', None, None))
-        self.assertStatus(FAILURE, 'command', 'calibrate', says='no forward channel')
-        self.assertStatus(NO_DEVICE, 'goto', '1', says='forward channel')
+        assert (show['back'], show['iio'], show['stream']) == ('ttyXY3SIM0', None, None)
+        self.assert_status(FAILURE, 'command', 'calibrate', says='no forward channel')
+        self.assert_status(NO_DEVICE, 'goto', '1', says='forward channel')
         forward.bind()
 
     def test_watch_lines(self):
@@ -158,15 +156,15 @@ class Telling(Case):
         self.told(forward)
         watch = self.started('watch')
         first = watch.until('frame_errors/w')
-        self.assertRegex(first[0], r'^\d\d:\d\d:\d\d vendor Lasers Ltd$')
-        self.assertEqual([line.split(' ', 1)[1] for line in first if 'temperature/' in line],
+        assert re.search(r'^\d\d:\d\d:\d\d vendor Lasers Ltd$', first[0])
+        assert [line.split(' ', 1)[1] for line in first if 'temperature/' in line] == \
                          ['temperature/head 31.50', 'temperature/dac_x 29.80',
-                          'temperature/dac_y -5.50'])
+                          'temperature/dac_y -5.50']
         forward.set_sim('errors', '0 4 0 0')
         forward.set_sim('report', '1')
-        self.assertEqual([line.split(' ', 1)[1] for line in watch.until('errors/dac_y')][-3:],
-                         ['errors/dsp power', 'errors/dac_x none', 'errors/dac_y none'])
-        self.assertEqual(watch.interrupt()[0], OK)
+        assert [line.split(' ', 1)[1] for line in watch.until('errors/dac_y')][-3:] == \
+                         ['errors/dsp power', 'errors/dac_x none', 'errors/dac_y none']
+        assert watch.interrupt()[0] == OK
 
     def test_watch_json(self):
         forward = self.head(2, 'cs')
@@ -176,30 +174,30 @@ class Telling(Case):
         forward.set_sim('temperatures', '3160')
         forward.set_sim('report', '1')
         changed = xy3ctl.documents('\n'.join(watch.until('temperature/dac_y')))
-        self.assertEqual([(line['name'], line['value']) for line in changed],
+        assert [(line['name'], line['value']) for line in changed] == \
                          [('temperature/head', 31.6), ('temperature/dac_x', None),
-                          ('temperature/dac_y', None)])
+                          ('temperature/dac_y', None)]
         forward.close()                 # and the forward channel's end is the head's
         forward.unbind()
         status, _, errors = watch.end()
-        self.assertEqual(status, NO_DEVICE, errors)
+        assert status == NO_DEVICE, errors
         forward.bind()
 
     def test_watch_ends(self):
         self.head(2, 'cs')
-        self.assertEqual(xy3ctl.run('watch', '-n', '2')[0], OK)
-        self.assertEqual(len(xy3ctl.run('watch', '-n', '2')[1].splitlines()), 2)
-        self.assertEqual(xy3ctl.run('watch', '-t', '0.5')[0], OK)
+        assert xy3ctl.run('watch', '-n', '2')[0] == OK
+        assert len(xy3ctl.run('watch', '-n', '2')[1].splitlines()) == 2
+        assert xy3ctl.run('watch', '-t', '0.5')[0] == OK
         status, _, errors = xy3ctl.run('watch', '-n', '1000', '-t', '0.5')
-        self.assertEqual(status, FAILURE)
-        self.assertIn('time is up', errors)
+        assert status == FAILURE
+        assert 'time is up' in errors
 
     def test_watch_on_a_terminal(self):
         """A picture of 24 lines of 80 characters at most, with an error in red"""
         forward = self.head(4, 'line')
         self.told(forward)
         master, slave = pty.openpty()
-        self.addCleanup(os.close, master)
+        self.add_cleanup(os.close, master)
         process = os.fork()
         if not process:
             os.dup2(slave, 1)
@@ -212,23 +210,23 @@ class Telling(Case):
                 data += os.read(master, 65536)
             except OSError:             # it has ended
                 break
-        self.assertEqual(os.waitpid(process, 0)[1], 0)
+        assert os.waitpid(process, 0)[1] == 0
         text = data.decode().replace('\r\n', '\n')
-        self.assertIn('\033[31m', text)
+        assert '\033[31m' in text
         lines = re.sub(r'\033\[[0-9;]*[A-Za-z]', '', text).splitlines()
-        self.assertLess(len(lines), 24)
-        self.assertLessEqual(max(map(len, lines)), 79)
-        self.assertIn('dac           29.80     -5.50', text.replace('\033[31m', '')
-                      .replace('\033[0m', ''))
+        assert len(lines) < 24
+        assert max(map(len, lines)) <= 79
+        assert 'dac           29.80     -5.50' in text.replace('\033[31m', '') \
+                      .replace('\033[0m', '')
 
 
-class Packets(Case):
+class TestPackets(Case):
     def test_live(self):
         forward = self.head(2, 'cs')
         packets = self.started('packets', '--raw')
         # packets are handed out to who has the tty open
-        self.assertTrue(wait(lambda: any(
-            os.path.realpath(fd) == '/dev/xy3-0' for fd in self.files(packets)), 20))
+        assert wait(lambda: any(
+            os.path.realpath(fd) == '/dev/xy3-0' for fd in self.files(packets)), 20)
         for name, text in (('vendor', 'Lasers Ltd'), ('temperatures', '3150 - 2980'),
                            ('errors', '0 1 100'), ('hours', '12 -'), ('send', '48 77 02 0a 0b')):
             forward.set_sim(name, text)
@@ -238,15 +236,15 @@ class Packets(Case):
         for text in ('vendor Lasers Ltd', 'temperatures head=31.50 dac_x=29.80',
                      'errors head=none dsp=temperature dac_x=100', 'hours head=12',
                      'type_77 0a 0b'):
-            self.assertIn(text, found)
-        self.assertIn('48 77 02 0a 0b', [line.strip() for line in lines])
-        self.assertEqual(packets.interrupt()[0], OK)
+            assert text in found
+        assert '48 77 02 0a 0b' in [line.strip() for line in lines]
+        assert packets.interrupt()[0] == OK
 
         packets = self.started('packets', '-j', '-n', '3')
         time.sleep(0.5)
         forward.set_sim('report', '1')
         status, output, _ = packets.end()
-        self.assertEqual((status, len(xy3ctl.documents(output))), (OK, 3))
+        assert (status, len(xy3ctl.documents(output))) == (OK, 3)
 
     @staticmethod
     def files(running):
@@ -260,7 +258,7 @@ class Packets(Case):
         forward.close()
         forward.unbind()
         status, _, errors = packets.end()
-        self.assertEqual((status, errors), (NO_DEVICE, 'xy3ctl: the head has gone\n'))
+        assert (status, errors) == (NO_DEVICE, 'xy3ctl: the head has gone\n')
         forward.bind()
 
     def test_file(self):
@@ -270,25 +268,25 @@ class Packets(Case):
         with open('/run/capture', 'wb') as file:
             file.write(data)
         status, output, errors = xy3ctl.run('packets', '/run/capture')
-        self.assertEqual(status, OK)
-        self.assertEqual([line.split(None, 1) for line in output.splitlines()],
+        assert status == OK
+        assert [line.split(None, 1) for line in output.splitlines()] == \
                          [['2', 'sync'], ['5', 'sync'], ['8', 'vendor Lasers Ltd'],
                           ['21', 'type_50 61 62 63'], ['27', 'frame_errors x=1 y=2 z=3 u=4 w=5'],
-                          ['55', 'sync'], ['58', 'hours head=7']])
-        self.assertIn('dropped_bytes 7', errors)
+                          ['55', 'sync'], ['58', 'hours head=7']]
+        assert 'dropped_bytes 7' in errors
         status, output, errors = xy3ctl.run('packets', '-j', '-r', '/run/capture')
-        self.assertEqual((status, errors), (OK, ''))
+        assert (status, errors) == (OK, '')
         documents = xy3ctl.documents(output)
-        self.assertEqual(documents[4]['value'], {'x': 1, 'y': 2, 'z': 3, 'u': 4, 'w': 5})
-        self.assertEqual(documents[3]['raw'], '48 50 03 61 62 63')
-        self.assertEqual(documents[-1]['counts'], {
+        assert documents[4]['value'] == {'x': 1, 'y': 2, 'z': 3, 'u': 4, 'w': 5}
+        assert documents[3]['raw'] == '48 50 03 61 62 63'
+        assert documents[-1]['counts'] == {
             'packets': 7, 'packet_bytes': len(data) - 9, 'dropped_bytes': 7, 'waiting_bytes': 2,
-            'resyncs': 1, 'bad_lengths': 0, 'unknown_packets': 1})
+            'resyncs': 1, 'bad_lengths': 0, 'unknown_packets': 1}
 
     def test_file_in_the_other_order(self):
         with open('/run/capture', 'wb') as file:
             file.write(wire.sync() * 2 + wire.temperatures([3150], 'big'))
-        self.assertIn('head=31.50', xy3ctl.run('packets', '--big-endian', '/run/capture')[1])
+        assert 'head=31.50' in xy3ctl.run('packets', '--big-endian', '/run/capture')[1]
 
     def test_damaged_captures(self):
         """What the tool counts is what an independent decoder counts"""
@@ -303,27 +301,28 @@ class Packets(Case):
             with open('/run/capture', 'wb') as file:
                 file.write(data)
             status, output, _ = xy3ctl.run('packets', '-j', '/run/capture')
-            self.assertEqual(status, OK)
+            assert status == OK
             documents = xy3ctl.documents(output)
             counts = documents[-1]['counts']
-            self.assertEqual(
-                [counts[name] for name in ('packets', 'dropped_bytes', 'resyncs', 'bad_lengths')],
-                [decoder.packets, decoder.dropped, decoder.resyncs, decoder.bad_lengths], seed)
-            self.assertEqual(len(documents) - 1, decoder.packets)
+            counted = [counts[name] for name in
+                       ('packets', 'dropped_bytes', 'resyncs', 'bad_lengths')]
+            assert counted == [decoder.packets, decoder.dropped, decoder.resyncs,
+                               decoder.bad_lengths], seed
+            assert len(documents) - 1 == decoder.packets
 
     def test_nothing_in_it(self):
-        self.assertStatusOfFile(FAILURE, b'\xff' * 100)
-        self.assertStatusOfFile(FAILURE, b'')
-        self.assertStatus(FAILURE, 'packets', '/tmp', says='directory')
-        self.assertStatus(FAILURE, 'packets', '/no/such/file', says='No such file')
+        self.assert_status_of_file(FAILURE, b'\xff' * 100)
+        self.assert_status_of_file(FAILURE, b'')
+        self.assert_status(FAILURE, 'packets', '/tmp', says='directory')
+        self.assert_status(FAILURE, 'packets', '/no/such/file', says='No such file')
 
-    def assertStatusOfFile(self, status, data):
+    def assert_status_of_file(self, status, data):
         with open('/run/capture', 'wb') as file:
             file.write(data)
-        self.assertEqual(xy3ctl.run('packets', '/run/capture')[0], status)
+        assert xy3ctl.run('packets', '/run/capture')[0] == status
 
 
-class Commanding(Case):
+class TestCommanding(Case):
     def test_commands(self):
         forward = self.head(2, 'cs')
         for words, want in ((('autocalib', 'on', 'xy'), '80003 autocalib on xy'),
@@ -333,58 +332,58 @@ class Commanding(Case):
                             (('calibrate', 'z'), 'c0004 calibrate z'),
                             (('reference',), '20000 reference xyzuw')):
             document = xy3ctl.json('command', *words)
-            self.assertEqual(document['code'], int(want.split()[0], 16))
-            self.assertTrue(wait(lambda want=want: forward.sim('commands').endswith(want), 5),
-                            (words, forward.sim('commands')))
+            assert document['code'] == int(want.split()[0], 16)
+            assert wait(lambda want=want: forward.sim('commands').endswith(want), 5), \
+                            (words, forward.sim('commands'))
 
     def test_rates(self):
         forward = self.head(2, 'cs')
         for rate in ('921600', '57600', '115200'):
-            self.assertEqual(xy3ctl.run('command', 'rate', rate), (OK, '', ''))
-            self.assertEqual(forward.sim('rate'), rate)
-            self.assertEqual(read_file(forward.head + 'rate').strip(), rate)
+            assert xy3ctl.run('command', 'rate', rate) == (OK, '', '')
+            assert forward.sim('rate') == rate
+            assert read_file(forward.head + 'rate').strip() == rate
 
     def test_head_that_does_not_follow(self):
         forward = self.head(2, 'cs')
         forward.set_sim('sync_ms', '0')
         forward.set_sim('interval_ms', '0')
-        self.assertStatus(FAILURE, 'command', 'rate', '57600', says='does not follow')
+        self.assert_status(FAILURE, 'command', 'rate', '57600', says='does not follow')
 
 
-class Moving(Case):
+class TestMoving(Case):
     def positions(self, forward):
         return [int(line.split()[1]) for line in forward.sim('positions').splitlines()]
 
     def test_goto(self):
         forward = self.head(4, 'line', attach=False)
-        self.assertEqual(xy3ctl.run('goto', '1', '0xfffff', '77'), (OK, '', ''))
-        self.assertEqual(self.positions(forward), [1, 0xfffff, 77])
+        assert xy3ctl.run('goto', '1', '0xfffff', '77') == (OK, '', '')
+        assert self.positions(forward) == [1, 0xfffff, 77]
         document = xy3ctl.json('goto', 'y=5')
-        self.assertEqual(document['codes'], {'y': 5})
-        self.assertEqual(self.positions(forward), [1, 5, 77])
-        self.assertEqual(xy3ctl.run('goto', '-u', 'x=-1', 'y=1', 'z=0')[0], OK)
-        self.assertEqual(self.positions(forward), [0, 0xfffff, 0x80000])
-        self.assertEqual(xy3ctl.run('goto', '--bits', '32', 'x=67108863')[0], OK)
-        self.assertEqual(forward.get('out_angl0_raw'), '67108863')
-        self.assertEqual(xy3ctl.run('goto', '--bits', '24', 'x=0')[0], OK)
+        assert document['codes'] == {'y': 5}
+        assert self.positions(forward) == [1, 5, 77]
+        assert xy3ctl.run('goto', '-u', 'x=-1', 'y=1', 'z=0')[0] == OK
+        assert self.positions(forward) == [0, 0xfffff, 0x80000]
+        assert xy3ctl.run('goto', '--bits', '32', 'x=67108863')[0] == OK
+        assert forward.get('out_angl0_raw') == '67108863'
+        assert xy3ctl.run('goto', '--bits', '24', 'x=0')[0] == OK
         before = self.positions(forward)
         for words, says in ((('x=1048576',), 'from 0 to 1048575'), (('x=7', 'y=-1'), 'from 0'),
                             (('-u', 'x=1.5'), 'from -1 to 1')):
-            self.assertStatus(FAILURE, 'goto', *words, says=says)
+            self.assert_status(FAILURE, 'goto', *words, says=says)
         for words in (('u=1',), ('x=1', 'x=2'), ('x=left',), ('x=',), ('-u', 'x=nan')):
-            self.assertStatus(USAGE, 'goto', *words)
-        self.assertEqual(self.positions(forward), before)
+            self.assert_status(USAGE, 'goto', *words)
+        assert self.positions(forward) == before
 
     def test_not_while_a_stream_runs(self):
         forward = self.head(2, 'cs', attach=False)
-        self.assertIsNone(forward.start())
-        self.assertStatus(FAILURE, 'goto', '1', says='a stream runs')
-        self.assertStatus(FAILURE, 'stream', 'circle', says='a stream runs')
-        self.assertIsNone(forward.stop())
-        self.assertEqual(xy3ctl.run('goto', '1')[0], OK)
+        assert forward.start() is None
+        self.assert_status(FAILURE, 'goto', '1', says='a stream runs')
+        self.assert_status(FAILURE, 'stream', 'circle', says='a stream runs')
+        assert forward.stop() is None
+        assert xy3ctl.run('goto', '1')[0] == OK
 
 
-class Streaming(Case):
+class TestStreaming(Case):
     def recorded(self, forward):
         """-> scans that came, without those that repeat the one before"""
         axes = forward.axes
@@ -399,16 +398,16 @@ class Streaming(Case):
         forward = self.head(4, 'line', attach=False)
         forward.record(10000)
         document = xy3ctl.json('stream', 'circle', '--points', '360', '--size', '0.5')
-        self.assertEqual(document['scans'], 361)
+        assert document['scans'] == 361
         scans = self.recorded(forward)
-        self.assertEqual(len(scans), 361)
-        self.assertEqual(scans[0], scans[-1])
-        self.assertEqual({scan[2] for scan in scans}, {0x80000})
+        assert len(scans) == 361
+        assert scans[0] == scans[-1]
+        assert {scan[2] for scan in scans} == {0x80000}
         for i, scan in enumerate(scans):
             angle = math.pi / 4 + 2 * math.pi * i / 360
-            self.assertLess(abs(self.unit(scan[0]) - math.cos(angle) / 2), 2e-6)
-            self.assertLess(abs(self.unit(scan[1]) - math.sin(angle) / 2), 2e-6)
-        self.assertEqual(forward.get('buffer/enable'), '0')
+            assert abs(self.unit(scan[0]) - math.cos(angle) / 2) < 2e-6
+            assert abs(self.unit(scan[1]) - math.sin(angle) / 2) < 2e-6
+        assert forward.get('buffer/enable') == '0'
 
     def test_shapes_are_those_of_the_example(self):
         """figure.py, which has them from the same words, is at the same corners"""
@@ -416,30 +415,30 @@ class Streaming(Case):
         corner = 0.9 * math.sqrt(0.5)
         for shape, corners in (('square', 4), ('grid', 20)):
             forward.record(100000)
-            self.assertEqual(xy3ctl.run('stream', shape, '--repeat', '1')[0], OK)
+            assert xy3ctl.run('stream', shape, '--repeat', '1')[0] == OK
             scans = [(self.unit(x), self.unit(y)) for x, y in self.recorded(forward)]
-            self.assertLess(math.dist(scans[0], (corner, corner)), 1e-5)
-            self.assertLess(math.dist(scans[-1], scans[0]), 1e-5)
+            assert math.dist(scans[0], (corner, corner)) < 1e-5
+            assert math.dist(scans[-1], scans[0]) < 1e-5
             steps = [math.dist(a, b) for a, b in zip(scans, scans[1:])]
-            self.assertLess(max(steps), 0.0021)
+            assert max(steps) < 0.0021
             turns = sum(1 for a, b, c in zip(scans, scans[1:], scans[2:])
                         if abs((b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0]))
                         > 1e-6)
-            self.assertGreaterEqual(turns, corners - 1)
-            self.assertLess(max(max(map(abs, scan)) for scan in scans), corner + 1e-5)
+            assert turns >= corners - 1
+            assert max(max(map(abs, scan)) for scan in scans) < corner + 1e-5
 
     def test_numbers(self):
         forward = self.head(4, 'line', attach=False)
         forward.record(10)
         status, output, errors = xy3ctl.run(
             'stream', '-', text='# X Y\n-1 1\n0.5,0.5,1\n\n\t0 ; 0\r\n')
-        self.assertEqual((status, errors), (OK, ''))
-        self.assertRegex(output, r'^3 scans in \d+\.\d\d s(, \d+ of 100000 frames/s)?, '
-                                 r'\d+ underruns\n$')
+        assert (status, errors) == (OK, '')
+        assert re.search(r'^3 scans in \d+\.\d\d s(, \d+ of 100000 frames/s)?, ' \
+                                 r'\d+ underruns\n$', output)
         middle, three_quarters = 0x80000, round(0.75 * 0xfffff)
-        self.assertEqual(self.recorded(forward),
+        assert self.recorded(forward) == \
                          [(0, 0xfffff, middle), (three_quarters, three_quarters, 0xfffff),
-                          (middle, middle, middle)])
+                          (middle, middle, middle)]
 
     def test_codes_and_raw(self):
         forward = self.head(2, 'cs', attach=False)
@@ -451,8 +450,8 @@ class Streaming(Case):
                 file.write(struct.pack('<2I', *scan))
         for words in (('--codes', '/run/codes'), ('--raw', '/run/raw')):
             forward.record(10000)
-            self.assertEqual(xy3ctl.json('stream', *words)['scans'], 5000)
-            self.assertEqual(self.recorded(forward), scans)
+            assert xy3ctl.json('stream', *words)['scans'] == 5000
+            assert self.recorded(forward) == scans
 
     def test_files_that_are_wrong(self):
         forward = self.head(2, 'cs', attach=False)
@@ -465,51 +464,51 @@ class Streaming(Case):
                                   (('--raw',), 'abcdabc', 'in the middle of a scan'),
                                   (('--raw',), '\x00\x00\x00\x10abcd', 'is the highest')):
             status, _, errors = xy3ctl.run('stream', *words, '-', text=text)
-            self.assertEqual(status, FAILURE, (words, text))
-            self.assertIn(says, errors)
-            self.assertEqual(forward.get('buffer/enable'), '0')
-        self.assertStatus(FAILURE, 'stream', '/no/such/file', says='No such file')
+            assert status == FAILURE, (words, text)
+            assert says in errors
+            assert forward.get('buffer/enable') == '0'
+        self.assert_status(FAILURE, 'stream', '/no/such/file', says='No such file')
 
     def test_rate_and_interruption(self):
         """It stops when it is told to; what was taken is sent, and the buffer is off."""
         forward = self.head(2, 'cs', attach=False, more='realtime=1')
         stream = self.started('stream', 'circle', '--repeat', '0', '-r', '20000', '-j')
-        self.assertTrue(wait(lambda: forward.number('scans') > 30000, 30))
+        assert wait(lambda: forward.number('scans') > 30000, 30)
         status, output, errors = stream.interrupt()
-        self.assertEqual((status, errors), (OK, ''))
+        assert (status, errors) == (OK, '')
         document, = xy3ctl.documents(output)
-        self.assertEqual((forward.get('buffer/enable'), forward.get('sampling_frequency'),
-                          document['rate']), ('0', '20000', 20000))
-        self.assertEqual(forward.number('scans') - forward.number('repeated'), document['scans'])
-        self.assertGreater(document['achieved'], 0)
-        self.assertStatus(FAILURE, 'stream', 'circle', '-r', '99999999', says='out of range')
+        assert (forward.get('buffer/enable'), forward.get('sampling_frequency'),
+                          document['rate']) == ('0', '20000', 20000)
+        assert forward.number('scans') - forward.number('repeated') == document['scans']
+        assert document['achieved'] > 0
+        self.assert_status(FAILURE, 'stream', 'circle', '-r', '99999999', says='out of range')
 
     def test_unbound_in_the_middle(self):
         forward = self.head(2, 'cs', attach=False, more='realtime=1')
         stream = self.started('stream', 'circle', '--repeat', '0')
-        self.assertTrue(wait(lambda: forward.number('scans') > 5000, 30))
+        assert wait(lambda: forward.number('scans') > 5000, 30)
         forward.unbind()
         status, _, errors = stream.end()
-        self.assertIn(status, (FAILURE, NO_DEVICE), errors)
+        assert status in (FAILURE, NO_DEVICE), errors
         forward.bind()
-        self.assertTrue(wait(lambda: xy3ctl.run('goto', '5')[0] == OK, 10))
+        assert wait(lambda: xy3ctl.run('goto', '5')[0] == OK, 10)
 
     def test_controller_error(self):
         forward = self.head(2, 'cs', attach=False)
         forward.set_sim('faults/spi_error_in', '3')
         status, _, errors = xy3ctl.run('stream', 'grid')
-        self.assertEqual(status, FAILURE)
-        self.assertIn('Input/output error', errors)
-        self.assertEqual(forward.get('buffer/enable'), '0')
+        assert status == FAILURE
+        assert 'Input/output error' in errors
+        assert forward.get('buffer/enable') == '0'
 
 
-class Spidev(Case):
+class TestSpidev(Case):
     def spidev(self, lines, framing):
         forward_rig.load_sim(lines, framing, more='modalias=spidev')
-        self.addCleanup(forward_rig.unload_sim)
+        self.add_cleanup(forward_rig.unload_sim)
         node = '/dev/' + re.search(r'spidev (\S+)',
                                    read_file(forward_rig.DEBUGFS + '0/devices')).group(1)
-        self.assertTrue(wait(lambda: os.path.exists(node)))
+        assert wait(lambda: os.path.exists(node))
         return node
 
     def sim(self, name):
@@ -522,64 +521,64 @@ class Spidev(Case):
         node = self.spidev(4, 'line')
         where = ('--spidev', node, '--lines', '4', '--map', 'sync x y z')
         document = xy3ctl.json('goto', 'x=7', 'z=9', *where)
-        self.assertEqual(document, {**document, 'head': node, 'codes': {'x': 7, 'z': 9}})
-        self.assertEqual(self.positions(), [7, 0x80000, 9])
-        self.assertEqual(xy3ctl.run('command', 'calibrate', 'xy', *where)[0], OK)
-        self.assertTrue(self.sim('commands').strip().endswith('c0003 calibrate xy'))
+        assert document == {**document, 'head': node, 'codes': {'x': 7, 'z': 9}}
+        assert self.positions() == [7, 0x80000, 9]
+        assert xy3ctl.run('command', 'calibrate', 'xy', *where)[0] == OK
+        assert self.sim('commands').strip().endswith('c0003 calibrate xy')
         write_file(forward_rig.DEBUGFS + '0/record', '10000')
         document = xy3ctl.json('stream', 'square', '--points', '1000', *where)
-        self.assertEqual((document['scans'], document['underruns']), (1001, None))
-        self.assertEqual(len(self.sim('record').splitlines()), 1001)
-        self.assertNotRegex(self.sim('parity_errors') + self.sim('length_errors'), r' [1-9]')
+        assert (document['scans'], document['underruns']) == (1001, None)
+        assert len(self.sim('record').splitlines()) == 1001
+        assert not re.search(r' [1-9]', self.sim('parity_errors') + self.sim('length_errors'))
 
     def test_refused(self):
         node = self.spidev(1, 'cs')
-        self.assertStatus(USAGE, 'goto', '1', '--spidev', node, '--lines', '3', says='arrangement')
-        self.assertStatus(USAGE, 'goto', '1', '--spidev', node, '--map', 'y z')
-        self.assertStatus(FAILURE, 'goto', '1', '--spidev', node, '--lines', '4', says='lines')
-        self.assertStatus(FAILURE, 'goto', 'x=1048576', '--spidev', node)
-        self.assertStatus(FAILURE, 'stream', 'circle', '-r', '90000000', '--spidev', node)
+        self.assert_status(USAGE, 'goto', '1', '--spidev', node, '--lines', '3', says='arrangement')
+        self.assert_status(USAGE, 'goto', '1', '--spidev', node, '--map', 'y z')
+        self.assert_status(FAILURE, 'goto', '1', '--spidev', node, '--lines', '4', says='lines')
+        self.assert_status(FAILURE, 'goto', 'x=1048576', '--spidev', node)
+        self.assert_status(FAILURE, 'stream', 'circle', '-r', '90000000', '--spidev', node)
 
 
-class Attaching(Case):
+class TestAttaching(Case):
     def test_attach_and_detach(self):
         self.forward(2, 'cs')
         attach = self.started('attach', '/dev/ttyXY3SIM0')
-        self.assertEqual(attach.line(), 'xy3-0')
-        self.assertTrue(wait(lambda: xy3ctl.json('show')['in_sync'], 10))
-        self.assertStatus(FAILURE, 'attach', '/dev/xy3-0')      # a head is no UART
-        self.assertEqual(xy3ctl.run('detach', 'xy3-0'), (OK, '', ''))
-        self.assertEqual(attach.end()[0], OK)
-        self.assertIsNone(xy3ctl.json('show')['rate'])
-        self.assertStatus(FAILURE, 'detach', '/dev/ttyXY3SIM0', says='no head')
+        assert attach.line() == 'xy3-0'
+        assert wait(lambda: xy3ctl.json('show')['in_sync'], 10)
+        self.assert_status(FAILURE, 'attach', '/dev/xy3-0')      # a head is no UART
+        assert xy3ctl.run('detach', 'xy3-0') == (OK, '', '')
+        assert attach.end()[0] == OK
+        assert xy3ctl.json('show')['rate'] is None
+        self.assert_status(FAILURE, 'detach', '/dev/ttyXY3SIM0', says='no head')
 
     def test_ends(self):
         self.forward(2, 'cs')
         attach = self.started('attach', '-j', '-r', '57600', '/dev/ttyXY3SIM0')
         document, = xy3ctl.documents(attach.line())
-        self.assertEqual((document['head'], document['uart']), ('xy3-0', '/dev/ttyXY3SIM0'))
-        self.assertEqual(xy3ctl.json('show')['rate'], 57600)
-        self.assertEqual(attach.interrupt()[0], OK)
-        self.assertTrue(wait(lambda: xy3ctl.json('show')['rate'] is None))
+        assert (document['head'], document['uart']) == ('xy3-0', '/dev/ttyXY3SIM0')
+        assert xy3ctl.json('show')['rate'] == 57600
+        assert attach.interrupt()[0] == OK
+        assert wait(lambda: xy3ctl.json('show')['rate'] is None)
 
     def test_daemon(self):
         self.forward(2, 'cs')
-        self.assertEqual(xy3ctl.run('attach', '--daemon', '/dev/ttyXY3SIM0')[:2], (OK, 'xy3-0\n'))
-        self.assertTrue(wait(lambda: xy3ctl.json('show')['in_sync'], 10))
-        self.assertStatus(FAILURE, 'attach', '/dev/ttyXY3SIM0', says='already')
-        self.assertEqual(len(self.holders('/dev/ttyXY3SIM0')), 1)
+        assert xy3ctl.run('attach', '--daemon', '/dev/ttyXY3SIM0')[:2] == (OK, 'xy3-0\n')
+        assert wait(lambda: xy3ctl.json('show')['in_sync'], 10)
+        self.assert_status(FAILURE, 'attach', '/dev/ttyXY3SIM0', says='already')
+        assert len(self.holders('/dev/ttyXY3SIM0')) == 1
         # when it returns the UART is free, for another program or for modprobe -r
-        self.assertEqual(xy3ctl.run('detach', '/dev/ttyXY3SIM0')[0], OK)
-        self.assertEqual(self.holders('/dev/ttyXY3SIM0'), [])
+        assert xy3ctl.run('detach', '/dev/ttyXY3SIM0')[0] == OK
+        assert self.holders('/dev/ttyXY3SIM0') == []
 
     def test_uart_goes(self):
         uart = head_rig.Pty()
-        self.addCleanup(uart.close)
+        self.add_cleanup(uart.close)
         attach = self.started('attach', uart.node)
-        self.assertEqual(attach.line(), 'xy3-0')
+        assert attach.line() == 'xy3-0'
         uart.cut()
-        self.assertEqual(attach.end()[0], NO_DEVICE)
-        self.assertTrue(wait(lambda: not head_rig.heads()))
+        assert attach.end()[0] == NO_DEVICE
+        assert wait(lambda: not head_rig.heads())
 
     @staticmethod
     def holders(node):

@@ -9,7 +9,8 @@ import struct
 import subprocess
 import sys
 import tempfile
-import unittest
+import pytest
+from case import Case
 import zlib
 from unittest import mock
 
@@ -26,7 +27,7 @@ TOP20, TOP26 = (1 << 20) - 1, (1 << 26) - 1
 NONE = 0xFFFFFFFF
 
 
-class Figures(unittest.TestCase):
+class TestFigures(Case):
     def lines(self, *names):
         out = io.StringIO()
         with contextlib.redirect_stdout(out), mock.patch('sys.argv', ['figure.py', *names]):
@@ -35,19 +36,19 @@ class Figures(unittest.TestCase):
 
     def test_one_follows_another_without_a_jump(self):
         path = self.lines('circle', 'square', 'grid', 'circle')
-        self.assertLess(max(map(math.dist, path, path[1:])), 0.0021)
-        self.assertEqual(path[0], path[-1])
+        assert max(map(math.dist, path, path[1:])) < 0.0021
+        assert path[0] == path[-1]
 
     def test_circle(self):
         path = self.lines('circle')
         for point in path:
-            self.assertAlmostEqual(math.hypot(*point), 0.9, 4)
-        self.assertEqual({(x > 0, y > 0) for x, y in path},
-                         {(True, True), (False, True), (False, False), (True, False)})
+            assert round(abs(math.hypot(*point)-0.9), 4) == 0
+        assert {(x > 0, y > 0) for x, y in path} == \
+                         {(True, True), (False, True), (False, False), (True, False)}
 
     def test_square(self):
         for x, y in self.lines('square'):
-            self.assertAlmostEqual(max(abs(x), abs(y)), 0.9 / math.sqrt(2), 4)
+            assert round(abs(max(abs(x), abs(y))-0.9 / math.sqrt(2)), 4) == 0
 
     def test_grid(self):
         path = self.lines('grid')
@@ -55,20 +56,20 @@ class Figures(unittest.TestCase):
             counts = {}
             for point in path:
                 counts[point[axis]] = counts.get(point[axis], 0) + 1
-            self.assertEqual(sum(count > 500 for count in counts.values()), 5)
+            assert sum(count > 500 for count in counts.values()) == 5
 
     def test_no_such_figure(self):
-        with contextlib.redirect_stderr(io.StringIO()) as err, self.assertRaises(SystemExit):
+        with contextlib.redirect_stderr(io.StringIO()) as err, pytest.raises(SystemExit):
             self.lines('hexagon')
-        self.assertIn('hexagon', err.getvalue())
+        assert 'hexagon' in err.getvalue()
 
 
-class Folder(unittest.TestCase):
+class Folder(Case):
     """A folder with what xy3-sim shows of a head."""
 
-    def setUp(self):
+    def set_up(self):
         folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
+        self.add_cleanup(folder.cleanup)
         self.folder = folder.name
 
     def put(self, name, text):
@@ -86,48 +87,48 @@ class Folder(unittest.TestCase):
         return draw.as_text(draw.read(self.folder)).splitlines()
 
 
-class Pictures(Folder):
+class TestPictures(Folder):
     BLANK = ['│' + '\u2800' * 40 + '│'] * 20
 
     def test_corners(self):
         self.record('xyz', 20, (0, 0, 1), (TOP20, 0, 2), (0, TOP20, 3), (TOP20, TOP20, 4))
         lines = self.picture()
-        self.assertEqual(lines[0], '┌' + '─' * 40 + '┐')
-        self.assertEqual(lines[-1], '└' + '─' * 40 + '┘')
-        self.assertEqual(lines[1], '│⠁' + '\u2800' * 38 + '⠈│')
-        self.assertEqual(lines[-2], '│⡀' + '\u2800' * 38 + '⢀│')
-        self.assertEqual(lines[2:-2], self.BLANK[2:])
+        assert lines[0] == '┌' + '─' * 40 + '┐'
+        assert lines[-1] == '└' + '─' * 40 + '┘'
+        assert lines[1] == '│⠁' + '\u2800' * 38 + '⠈│'
+        assert lines[-2] == '│⡀' + '\u2800' * 38 + '⢀│'
+        assert lines[2:-2] == self.BLANK[2:]
 
     def test_up_is_up_and_right_is_right(self):
         self.record('xyz', 26, *((TOP26 * 3 // 4, y * TOP26 // 79, 0) for y in range(40, 80)))
         lines = [line[1:-1] for line in self.picture()[1:-1]]
-        self.assertEqual([line.strip('\u2800') for line in lines], ['⢸'] * 10 + [''] * 10)
-        self.assertEqual({line.index('⢸') for line in lines[:10]}, {29})
+        assert [line.strip('\u2800') for line in lines] == ['⢸'] * 10 + [''] * 10
+        assert {line.index('⢸') for line in lines[:10]} == {29}
 
     def test_axes_in_another_order(self):
         self.record('yx', 20, (TOP20, 0))
-        self.assertEqual(self.picture()[1][1], '⠁')
+        assert self.picture()[1][1] == '⠁'
 
     def test_one_axis(self):
         self.record('x', 20, (0,), (TOP20,))
         lines = [line for line in self.picture() if line not in self.BLANK]
-        self.assertEqual(lines[1], '│⡀' + '\u2800' * 38 + '⢀│')
-        self.assertEqual(len(lines), 3)
+        assert lines[1] == '│⡀' + '\u2800' * 38 + '⢀│'
+        assert len(lines) == 3
 
     def test_scans_without_a_code(self):
         self.record('xy', 20, (NONE, 0), (0, NONE))
-        self.assertEqual(self.picture()[1:-1], self.BLANK)
+        assert self.picture()[1:-1] == self.BLANK
         done = subprocess.run([sys.executable, '-B', EXAMPLES + '/draw.py', self.folder],
                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=False)
-        self.assertEqual((done.returncode, done.stdout), (1, b''))
-        self.assertIn(b'nothing', done.stderr)
+        assert (done.returncode, done.stdout) == (1, b'')
+        assert b'nothing' in done.stderr
 
     def test_printed_in_any_locale(self):
         self.record('xy', 20, (0, 0))
         plain = {'LC_ALL': 'POSIX', 'PYTHONUTF8': '0', 'PYTHONCOERCECLOCALE': '0'}
         done = subprocess.run([sys.executable, '-B', EXAMPLES + '/draw.py', self.folder],
                               stdout=subprocess.PIPE, check=True, env=plain)
-        self.assertEqual(done.stdout.decode().splitlines(), self.picture())
+        assert done.stdout.decode().splitlines() == self.picture()
 
     def pixels(self):
         """The PNG's, as another program would read it."""
@@ -136,39 +137,39 @@ class Pictures(Folder):
                        check=True)
         with open(path, 'rb') as file:
             data = file.read()
-        self.assertEqual(data[:8], b'\x89PNG\r\n\x1a\n')
+        assert data[:8] == b'\x89PNG\r\n\x1a\n'
         at, parts = 8, {}
         while at < len(data):
             size, kind = struct.unpack_from('>I4s', data, at)
             body = data[at + 8:at + 8 + size]
             check, = struct.unpack_from('>I', data, at + 8 + size)
-            self.assertEqual(check, zlib.crc32(kind + body))
+            assert check == zlib.crc32(kind + body)
             parts[kind] = body
             at += 12 + size
-        self.assertEqual(list(parts), [b'IHDR', b'IDAT', b'IEND'])
-        self.assertEqual(struct.unpack('>IIBBBBB', parts[b'IHDR']), (512, 512, 8, 2, 0, 0, 0))
+        assert list(parts) == [b'IHDR', b'IDAT', b'IEND']
+        assert struct.unpack('>IIBBBBB', parts[b'IHDR']) == (512, 512, 8, 2, 0, 0, 0)
         raw = zlib.decompress(parts[b'IDAT'])
         rows = [raw[i:i + 1 + 3 * 512] for i in range(0, len(raw), 1 + 3 * 512)]
-        self.assertEqual((len(rows), {row[0] for row in rows}), (512, {0}))
+        assert (len(rows), {row[0] for row in rows}) == (512, {0})
         return [[row[i:i + 3] for i in range(1, len(row), 3)] for row in rows]
 
     def test_png(self):
         self.record('xyz', 20, *((x * TOP20 // 511, TOP20 * 3 // 4, 0) for x in range(512)))
         rows = self.pixels()
         bright = {number for number, row in enumerate(rows) if row[256][1] > 100}
-        self.assertTrue(bright <= set(range(126, 131)) and 128 in bright, bright)
-        self.assertEqual(len({bytes(pixel) for pixel in rows[128][3:-3]}), 1)
-        self.assertEqual({bytes(pixel) for pixel in rows[300]}, {b'\0\0\0'})
+        assert bright <= set(range(126, 131)) and 128 in bright, bright
+        assert len({bytes(pixel) for pixel in rows[128][3:-3]}) == 1
+        assert {bytes(pixel) for pixel in rows[300]} == {b'\0\0\0'}
 
 
-class Streams(Folder):
+class TestStreams(Folder):
     """A program's view of an IIO device: files."""
 
-    def setUp(self):
-        super().setUp()
+    def set_up(self):
+        super().set_up()
         patch = mock.patch.object(stream, 'DEVICES', self.folder)
         patch.start()
-        self.addCleanup(patch.stop)
+        self.add_cleanup(patch.stop)
 
     def device(self, name='iio:device0', bits=24, axes=3):
         self.put(name + '/name', 'xy3-100\n')
@@ -180,21 +181,21 @@ class Streams(Folder):
         for bits, top in ((24, TOP20), (32, TOP26)):
             self.device(bits=bits)
             head = stream.Scanhead('iio:device0')
-            self.assertEqual(head.scan([-1.0, 0.0, 1.0]),
-                             struct.pack('<3I', 0, round(top / 2), top))
+            assert head.scan([-1.0, 0.0, 1.0]) == \
+                             struct.pack('<3I', 0, round(top / 2), top)
 
     def test_axes_that_are_not_there(self):
         self.device(axes=2)
         head = stream.Scanhead('iio:device0')
         middle = struct.pack('<I', round(TOP20 / 2))
-        self.assertEqual(head.scan([1.0]), struct.pack('<I', TOP20) + middle)
-        self.assertEqual(head.scan([0.0, 0.0, 1.0]), middle * 2)
+        assert head.scan([1.0]) == struct.pack('<I', TOP20) + middle
+        assert head.scan([0.0, 0.0, 1.0]) == middle * 2
 
     def test_finds_the_scanhead(self):
         self.put('iio:device0/name', 'thermometer\n')
         self.device('iio:device1')
-        self.assertEqual(stream.find(), 'iio:device1')
+        assert stream.find() == 'iio:device1'
 
     def test_no_scanhead(self):
-        with self.assertRaisesRegex(SystemExit, 'no scanhead'):
+        with pytest.raises(SystemExit, match='no scanhead'):
             stream.find()

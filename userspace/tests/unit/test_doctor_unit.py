@@ -12,7 +12,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
-import unittest
+import case
 
 
 HERE = os.path.dirname(os.path.realpath(__file__))
@@ -97,21 +97,21 @@ class Root:
         self.remove('sys/module/' + self.driver.replace('-', '_'))
 
 
-class Case(unittest.TestCase):
+class TestCase(case.Case):
     @classmethod
-    def setUpClass(cls):
+    def setup_class(cls):
         cls.dir = tempfile.mkdtemp()
         flags = 'CFLAGS=-O1 -g -Werror -fsanitize=address,undefined -fno-sanitize-recover=all'
         subprocess.run(['make', '-s', '-C', SOURCE, 'O=' + cls.dir, flags, 'programs'],
                        check=True, stdout=sys.stderr)
 
     @classmethod
-    def tearDownClass(cls):
+    def teardown_class(cls):
         shutil.rmtree(cls.dir)
 
     def root(self, tool):
         root = Root(tool)
-        self.addCleanup(root.close)
+        self.add_cleanup(root.close)
         return root
 
     def ask(self, root, *words):
@@ -119,46 +119,46 @@ class Case(unittest.TestCase):
         done = subprocess.run(
             [os.path.join(self.dir, root.tool), 'doctor', '--json', '--root', root.path, *words],
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, check=False)
-        self.assertEqual(done.stderr, '')
+        assert done.stderr == ''
         findings = {}
         for finding in json.loads(done.stdout)['findings']:
             findings.setdefault(finding['id'], []).append(
                 (finding['status'], finding['text'], finding['mend']))
         return findings, done.returncode
 
-    def assertFound(self, root, check, text, mend):
+    def assert_found(self, root, check, text, mend):
         """That this and nothing else is found"""
         findings, status = self.ask(root)
         found = [(key, *finding[1:]) for key, all_of_it in findings.items()
                  for finding in all_of_it if finding[0] == 'found']
-        self.assertEqual([key for key, _, _ in found], [check], found)
-        self.assertIn(text, found[0][1])
-        self.assertIn(mend, found[0][2])
-        self.assertEqual(status, 1)
+        assert [key for key, _, _ in found] == [check], found
+        assert text in found[0][1]
+        assert mend in found[0][2]
+        assert status == 1
 
-    def assertWell(self, root):
+    def assert_well(self, root):
         findings, status = self.ask(root)
-        self.assertEqual([key for key, all_of_it in findings.items()
-                          for finding in all_of_it if finding[0] == 'found'], [], findings)
-        self.assertEqual(status, 0)
+        assert [key for key, all_of_it in findings.items()
+                          for finding in all_of_it if finding[0] == 'found'] == [], findings
+        assert status == 0
         return findings
 
     # --- the controls ---
 
     def test_healthy(self):
         for tool in RULES:
-            findings = self.assertWell(self.root(tool))
+            findings = self.assert_well(self.root(tool))
             for check in ('headers', 'dkms', 'module', 'version', 'signature', 'rules'):
-                self.assertEqual([finding[0] for finding in findings[check]], ['ok'], check)
+                assert [finding[0] for finding in findings[check]] == ['ok'], check
 
     def test_text(self):
         root = self.root('xy3ctl')
         root.remove(MODULES + 'build')
         done = subprocess.run([os.path.join(self.dir, 'xy3ctl'), 'doctor', '--root', root.path],
                               stdout=subprocess.PIPE, text=True, check=False)
-        self.assertEqual(done.returncode, 1)
-        self.assertIn('found    headers      of kernel %s are missing' % KERNEL, done.stdout)
-        self.assertIn('to mend it:  sudo apt install linux-headers-%s\n' % KERNEL, done.stdout)
+        assert done.returncode == 1
+        assert 'found    headers      of kernel %s are missing' % KERNEL in done.stdout
+        assert 'to mend it:  sudo apt install linux-headers-%s\n' % KERNEL in done.stdout
 
     # --- what is installed ---
 
@@ -166,35 +166,35 @@ class Case(unittest.TestCase):
         for tool in RULES:
             root = self.root(tool)
             root.remove(MODULES + 'build')
-            self.assertFound(root, 'headers', 'are missing', 'apt install linux-headers-' + KERNEL)
+            self.assert_found(root, 'headers', 'are missing', 'apt install linux-headers-' + KERNEL)
 
     def test_dkms_added(self):
         root = self.root('xhcctl')
         root.remove('%s/kernel-%s-x86_64' % (DKMS, KERNEL))
         mend = 'dkms install xhc-xy3/%s -k %s' % (version(), KERNEL)
-        self.assertFound(root, 'dkms', 'not built', mend)
+        self.assert_found(root, 'dkms', 'not built', mend)
         # for another kernel, even one whose name begins alike
         os.symlink('x', root.at('%s/kernel-%s-x86_64' % (DKMS, KERNEL + 'x')))
-        self.assertFound(root, 'dkms', 'not built', mend)
+        self.assert_found(root, 'dkms', 'not built', mend)
         root.write('%s/%s/build/make.log' % (DKMS, version()), 'error\n')
-        self.assertFound(root, 'dkms', '/build/make.log', mend)
+        self.assert_found(root, 'dkms', '/build/make.log', mend)
         # who has built it by hand has none
         root.remove(DKMS)
-        self.assertEqual(self.assertWell(root)['dkms'][0][0], 'skipped')
+        assert self.assert_well(root)['dkms'][0][0] == 'skipped'
 
     def test_module(self):
         root = self.root('xy3ctl')
         root.not_loaded()
         root.write('sys/module/xy3/parameters/ldisc', '29\n')
         root.remove('sys/module/xy3')
-        self.assertWell(root)
+        self.assert_well(root)
         root.write(MODULES + 'modules.dep', 'updates/dkms/not-xy3.ko:\n')
-        self.assertFound(root, 'module', 'has no module xy3', 'dkms autoinstall -k ' + KERNEL)
+        self.assert_found(root, 'module', 'has no module xy3', 'dkms autoinstall -k ' + KERNEL)
 
     def test_version(self):
         root = self.root('xhcctl')
         root.loaded('0.0.1')
-        self.assertFound(root, 'version', '0.0.1 is loaded', 'modprobe -r hid-xhc')
+        self.assert_found(root, 'version', '0.0.1 is loaded', 'modprobe -r hid-xhc')
 
     # --- signatures ---
 
@@ -202,26 +202,26 @@ class Case(unittest.TestCase):
         for tool in RULES:
             root = self.root(tool)
             root.write(SECURE_BOOT, b'\x06\0\0\0\x01')
-            self.assertWell(root)               # it is loaded: the key is known
+            self.assert_well(root)               # it is loaded: the key is known
             root.not_loaded()
-            self.assertFound(root, 'signature', 'Secure Boot is on',
+            self.assert_found(root, 'signature', 'Secure Boot is on',
                              'mokutil --import /var/lib/dkms/mok.pub')
             root.write(root.module, b'module without')
             for mend in ('dkms build --force xhc-xy3/', 'dkms install --force xhc-xy3/'):
-                self.assertFound(root, 'signature', 'is not signed', mend)
+                self.assert_found(root, 'signature', 'is not signed', mend)
             root.write(SECURE_BOOT, b'\x06\0\0\0\0')
-            self.assertWell(root)
+            self.assert_well(root)
 
     def test_other_enforcers(self):
         root = self.root('xhcctl')
         root.not_loaded()
         root.write('sys/module/module/parameters/sig_enforce', 'Y\n')
-        self.assertFound(root, 'signature', 'module.sig_enforce', 'mokutil --import')
+        self.assert_found(root, 'signature', 'module.sig_enforce', 'mokutil --import')
         root.write('sys/module/module/parameters/sig_enforce', 'N\n')
         root.write('sys/kernel/security/lockdown', 'none [integrity] confidentiality\n')
-        self.assertFound(root, 'signature', 'locked down', 'mokutil --import')
+        self.assert_found(root, 'signature', 'locked down', 'mokutil --import')
         root.write('sys/kernel/security/lockdown', '[none] integrity confidentiality\n')
-        self.assertWell(root)
+        self.assert_well(root)
 
     # --- udev's rules ---
 
@@ -229,11 +229,11 @@ class Case(unittest.TestCase):
         for tool, name in RULES.items():
             root = self.root(tool)
             root.remove('usr/lib/udev/rules.d/' + name)
-            self.assertFound(root, 'rules', name + ' is missing', 'reinstall xhc-xy3-dkms')
+            self.assert_found(root, 'rules', name + ' is missing', 'reinstall xhc-xy3-dkms')
             root.write('lib/udev/rules.d/' + name, '# rules\n')
-            self.assertWell(root)
+            self.assert_well(root)
             root.write('etc/udev/rules.d/' + name, '')
-            self.assertFound(root, 'rules', 'switches the rules off',
+            self.assert_found(root, 'rules', 'switches the rules off',
                              'rm /etc/udev/rules.d/' + name)
 
     # --- a pendant ---
@@ -242,44 +242,44 @@ class Case(unittest.TestCase):
         root = self.root('xhcctl')
         for path in ('sys/bus/usb', 'sys/bus/hid'):
             root.remove(path)
-        self.assertFound(root, 'driver', 'no HB03 or HB04', 'lsusb -d 10ce:')
+        self.assert_found(root, 'driver', 'no HB03 or HB04', 'lsusb -d 10ce:')
 
     def test_pendant_held_by_libusb(self):
         root = self.root('xhcctl')
         driver = 'sys/bus/usb/devices/1-2/1-2:1.0/driver'
         bind = 'echo 1-2:1.0 | sudo tee /sys/bus/usb/drivers/usbhid/bind'
         root.remove(driver)
-        self.assertFound(root, 'holder', 'no driver', bind)
+        self.assert_found(root, 'holder', 'no driver', bind)
         os.symlink('../../../drivers/usbfs', root.at(driver))
-        self.assertFound(root, 'holder', 'usbfs', bind)
+        self.assert_found(root, 'holder', 'usbfs', bind)
         root.write('proc/4242/comm', 'xhc-hb04\n')
         os.makedirs(root.at('proc/4242/fd'))
         os.symlink('/dev/bus/usb/001/007', root.at('proc/4242/fd/5'))
-        self.assertFound(root, 'holder', 'xhc-hb04 has taken 1-2:1.0', 'kill 4242')
+        self.assert_found(root, 'holder', 'xhc-hb04 has taken 1-2:1.0', 'kill 4242')
         # another's device is nobody's business here
         root.write('sys/bus/usb/devices/1-2/idProduct', 'ffff\n')
-        self.assertWell(root)
+        self.assert_well(root)
 
     def test_other_driver(self):
         root = self.root('xhcctl')
         driver = 'sys/bus/hid/devices/%s/driver' % HID
         root.remove(driver)
-        self.assertFound(root, 'driver', 'no driver', 'modprobe hid-xhc')
+        self.assert_found(root, 'driver', 'no driver', 'modprobe hid-xhc')
         os.symlink('../../drivers/hid-generic', root.at(driver))
-        self.assertFound(root, 'driver', 'hid-generic instead of hid-xhc',
+        self.assert_found(root, 'driver', 'hid-generic instead of hid-xhc',
                          'tee /sys/bus/hid/drivers/hid-generic/unbind')
 
     def test_pendant_state(self):
         root = self.root('xhcctl')
         stats = 'sys/bus/hid/drivers/hid-xhc/%s/stats/' % HID
         root.write(stats + 'frame_errors', '3\n')
-        self.assertFound(root, 'state', '3 frames', 'dmesg')
+        self.assert_found(root, 'state', '3 frames', 'dmesg')
         root.write(stats + 'frame_errors', '0\n')
         root.write(stats + 'unknown_keys', '2\n')
-        self.assertFound(root, 'state', 'does not know', 'evtest')
+        self.assert_found(root, 'state', 'does not know', 'evtest')
         root.write(stats + 'unknown_keys', '0\n')
         root.write('sys/bus/hid/drivers/hid-xhc/%s/awake' % HID, '0\n')
-        self.assertIn('asleep', self.assertWell(root)['state'][0][1])
+        assert 'asleep' in self.assert_well(root)['state'][0][1]
 
     # --- a scanhead ---
 
@@ -287,16 +287,17 @@ class Case(unittest.TestCase):
         root = self.root('xy3ctl')
         root.write('sys/module/xy3/parameters/ldisc', '28\n')
         root.write('proc/tty/ldiscs', 'n_tty       0\nxy3        28\nother        29\n')
-        self.assertFound(root, 'ldisc', 'number 28 instead of 29', 'ldattach -s 115200 -8 -n -1 28')
+        self.assert_found(root, 'ldisc', 'number 28 instead of 29',
+                          'ldattach -s 115200 -8 -n -1 28')
         root.not_loaded()
-        self.assertFound(root, 'ldisc', 'number 29 is that of other', 'options xy3 ldisc=28')
+        self.assert_found(root, 'ldisc', 'number 29 is that of other', 'options xy3 ldisc=28')
 
     def test_halves(self):
         root = self.root('xy3ctl')
         root.write('sys/class/xy3/xy3-1/in_sync', '0\n')
         os.symlink('../x', root.at('sys/class/xy3/xy3-1/forward'))
         os.makedirs(root.at('sys/class/xy3/x'))
-        self.assertFound(root, 'head', 'xy3-0 has a backchannel only and xy3-1',
+        self.assert_found(root, 'head', 'xy3-0 has a backchannel only and xy3-1',
                          'echo xy3-1 | sudo tee /sys/class/xy3/attach')
 
     def test_device(self):
@@ -305,7 +306,7 @@ class Case(unittest.TestCase):
         root.write('sys/class/xy3/xy3-1/rate', '115200\n')
         root.write('sys/class/xy3/xy3-1/in_sync', '0\n')
         root.write('sys/class/xy3/xy3-1/stats/rx_bytes', '0\n')
-        self.assertEqual(self.ask(root, '-d', 'xy3-0')[1], 0)
+        assert self.ask(root, '-d', 'xy3-0')[1] == 0
         findings, status = self.ask(root, '-d', 'xy3-1')
-        self.assertEqual(status, 1)
-        self.assertIn('not a byte', findings['back'][0][1])
+        assert status == 1
+        assert 'not a byte' in findings['back'][0][1]

@@ -12,7 +12,8 @@ import tempfile
 import termios
 import threading
 import time
-import unittest
+import pytest
+import case
 
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)),
@@ -51,10 +52,10 @@ class Listener(threading.Thread):
         return decoder.feed(bytes(self.data)), decoder
 
 
-class Case(unittest.TestCase):
-    def setUp(self):
+class Case(case.Case):
+    def set_up(self):
         self.stack = contextlib.ExitStack()
-        self.addCleanup(self.stack.close)
+        self.add_cleanup(self.stack.close)
         self.dir = self.stack.enter_context(tempfile.TemporaryDirectory())
         self.said = []
 
@@ -66,14 +67,14 @@ class Case(unittest.TestCase):
     def counts_match(self, one, decoder):
         """What has arrived is what the head has counted."""
         counts = one.counts()
-        self.assertEqual(decoder.counts(), counts['receiver'])
-        self.assertEqual((counts['queued'], counts['unsent']), (0, 0))
+        assert decoder.counts() == counts['receiver']
+        assert (counts['queued'], counts['unsent']) == (0, 0)
         return counts
 
 
-class Pty(Case):
-    def setUp(self):
-        super().setUp()
+class TestPty(Case):
+    def set_up(self):
+        super().set_up()
         self.head = quiet_head()
         self.link = os.path.join(self.dir, 'head')
         self.pty = line.Pty(self.link)
@@ -108,16 +109,16 @@ class Pty(Case):
         self.head.report()
         decoder = wire.Decoder()
         decoder.feed(self.read(slave))
-        self.assertEqual(self.counts_match(self.head, decoder)['packets'], 10)
+        assert self.counts_match(self.head, decoder)['packets'] == 10
         os.close(slave)
 
     def test_raw(self):
         slave = self.open()
         iflag, oflag, cflag, lflag, speed, _, _ = termios.tcgetattr(slave)
-        self.assertEqual((iflag, oflag, lflag), (0, 0, 0))
-        self.assertEqual((cflag & termios.CSIZE, speed), (termios.CS8, termios.B115200))
+        assert (iflag, oflag, lflag) == (0, 0, 0)
+        assert (cflag & termios.CSIZE, speed) == (termios.CS8, termios.B115200)
         self.head.send_raw(bytes(range(256)))
-        self.assertEqual(self.read(slave), bytes(range(256)))
+        assert self.read(slave) == bytes(range(256))
         os.close(slave)
 
     def test_wrong_rate(self):
@@ -127,47 +128,47 @@ class Pty(Case):
         for rate in wire.RATES:
             self.head.set_rate(rate)
             for host in wire.RATES:
-                with self.subTest(head=rate, host=host):
+                with case.row(head=rate, host=host):
                     self.set_speed(slave, speeds[host])
                     self.head.report('model')
                     data = self.read(slave)
                     if host == rate:
-                        self.assertEqual(data, wire.model('Head-2D'))
+                        assert data == wire.model('Head-2D')
                     else:
-                        self.assertNotIn(wire.START, data)
-        self.assertEqual(self.head.counts()['garbled_packets'], 20)
+                        assert wire.START not in data
+        assert self.head.counts()['garbled_packets'] == 20
         os.close(slave)
 
     def test_other_speeds_are_wrong(self):
         slave = self.open()
         self.set_speed(slave, termios.B9600)
         self.head.report('model')
-        self.assertNotIn(wire.START, self.read(slave))
+        assert wire.START not in self.read(slave)
         os.close(slave)
 
     def test_speed_is_told(self):
         slave = self.open()
         self.set_speed(slave, termios.B230400)
         self.head.sync_interval = 0.01
-        self.assertTrue(self.simulator.run(lambda: ('uart', 230400) in self.said, LIMIT))
+        assert self.simulator.run(lambda: ('uart', 230400) in self.said, LIMIT)
         os.close(slave)
 
     def test_forced_rate(self):
         slave = self.open()
         self.pty.force_uart_rate(57600)
         self.head.report('model')
-        self.assertNotIn(wire.START, self.read(slave))
+        assert wire.START not in self.read(slave)
         self.pty.force_uart_rate(None)
         self.pty.set_uart_rate(230400)
-        self.assertEqual(self.pty.uart_rate(), 230400)
+        assert self.pty.uart_rate() == 230400
         os.close(slave)
 
     def test_nobody_listens(self):
         self.head.report()
-        self.assertEqual(self.head.counts()['unheard_packets'], 10)
+        assert self.head.counts()['unheard_packets'] == 10
         slave = self.open()
         self.head.report('vendor')
-        self.assertEqual(self.read(slave), wire.vendor('Virtual'))
+        assert self.read(slave) == wire.vendor('Virtual')
         os.close(slave)
 
     def test_opened_again(self):
@@ -175,11 +176,11 @@ class Pty(Case):
         for number in range(3):
             slave = self.open()
             self.head.report('sync', 'vendor')
-            self.assertEqual(self.read(slave), wire.sync() + wire.vendor('Virtual'))
+            assert self.read(slave) == wire.sync() + wire.vendor('Virtual')
             self.head.report('model')
             self.close(slave)
-            self.assertEqual(self.head.counts()['openings'], number + 1)
-        self.assertEqual(self.said, [('opened',), ('closed',)] * 3)
+            assert self.head.counts()['openings'] == number + 1
+        assert self.said == [('opened',), ('closed',)] * 3
 
     def test_a_new_listener_is_told_everything(self):
         self.head.interval = 1000
@@ -187,7 +188,7 @@ class Pty(Case):
             slave = self.open()
             self.simulator.run(lambda: self.head.receiver.packets == 10, LIMIT)
             data = self.read(slave)
-            self.assertEqual(len(wire.Decoder().feed(data)), 10)
+            assert len(wire.Decoder().feed(data)) == 10
             self.close(slave)
 
     def test_modes_of_the_last_one_do_not_stay(self):
@@ -200,8 +201,8 @@ class Pty(Case):
         self.close(slave)
         slave = self.open()
         modes = termios.tcgetattr(slave)
-        self.assertEqual((modes[0], modes[3]), (0, 0))
-        self.assertEqual(modes[4], termios.B57600)      # but stty before cat has its effect
+        assert (modes[0], modes[3]) == (0, 0)
+        assert modes[4] == termios.B57600      # but stty before cat has its effect
         os.close(slave)
 
     def test_stream_to_a_slow_reader(self):
@@ -211,32 +212,32 @@ class Pty(Case):
         self.simulator.stream(size=3_000_000, timeout=LIMIT)
         packets, decoder = listener.wait()
         counts = self.counts_match(self.head, decoder)
-        self.assertEqual((counts['packets'], counts['bytes']), (len(packets), len(listener.data)))
+        assert (counts['packets'], counts['bytes']) == (len(packets), len(listener.data))
         os.close(slave)
 
     def test_hangup_in_a_stream(self):
         slave = self.open()
         threading.Timer(0.1, os.close, [slave]).start()
-        with self.assertRaisesRegex(line.LineError, 'gone in the middle'):
+        with pytest.raises(line.LineError, match='gone in the middle'):
             self.simulator.stream(packets=10_000_000, timeout=LIMIT)
-        self.assertGreater(self.head.counts()['unsent'], 0)
-        self.assertLess(self.head.counts()['unheard_packets'], 100)     # it stopped at once
+        assert self.head.counts()['unsent'] > 0
+        assert self.head.counts()['unheard_packets'] < 100     # it stopped at once
         slave = self.open()
         self.head.report('vendor')
-        self.assertEqual(self.read(slave), wire.vendor('Virtual'))
+        assert self.read(slave) == wire.vendor('Virtual')
         os.close(slave)
 
     def test_a_reader_that_does_not_read(self):
         slave = self.open()
-        with self.assertRaises(simulator.Timeout):
+        with pytest.raises(simulator.Timeout):
             self.simulator.stream(size=1_000_000, timeout=0.2)
-        self.assertGreater(self.head.counts()['queued'], 0)
+        assert self.head.counts()['queued'] > 0
         os.close(slave)
 
     def test_link(self):
-        self.assertEqual(os.readlink(self.link), self.pty.name)
+        assert os.readlink(self.link) == self.pty.name
         self.pty.close()
-        self.assertFalse(os.path.lexists(self.link))
+        assert not os.path.lexists(self.link)
 
     def test_link_over_a_link_but_not_over_a_file(self):
         other = os.path.join(self.dir, 'other')
@@ -244,24 +245,24 @@ class Pty(Case):
         line.Pty(other).close()
         with open(other, 'w', encoding='utf-8'):
             pass
-        with self.assertRaisesRegex(line.LineError, 'File exists'):
+        with pytest.raises(line.LineError, match='File exists'):
             line.Pty(other)
-        self.assertTrue(os.path.isfile(other))
+        assert os.path.isfile(other)
 
 
-class Sockets(Case):
+class TestSockets(Case):
     def unix(self):
         return 'unix:' + os.path.join(self.dir, 'socket')
 
     def pair(self):
         ours, theirs = socket.socketpair()
-        self.addCleanup(ours.close)
-        self.addCleanup(theirs.close)
+        self.add_cleanup(ours.close)
+        self.add_cleanup(theirs.close)
         return ours, theirs
 
     def test_server(self):
         for address in (self.unix(), 'tcp:0'):
-            with self.subTest(address):
+            with case.row(address):
                 one = quiet_head()
                 server = line.Server(address)
                 sim = self.simulate(one, server)
@@ -274,8 +275,8 @@ class Sockets(Case):
                         listener = Listener(peer.fileno(), 2_000_000)
                         sim.stream(size=2_000_000, timeout=LIMIT)
                         _, decoder = listener.wait()
-                        self.assertEqual(self.counts_match(one, decoder)['bytes'],
-                                         len(listener.data))
+                        assert self.counts_match(one, decoder)['bytes'] == \
+                                         len(listener.data)
                     sim.wait_closed(LIMIT)
 
     def test_one_at_a_time(self):
@@ -287,9 +288,9 @@ class Sockets(Case):
             second.connect(self.unix()[5:])
             sim.run(timeout=0.05)
             second.settimeout(LIMIT)
-            self.assertEqual(second.recv(1), b'')
+            assert second.recv(1) == b''
             sim.head.report('vendor')
-            self.assertEqual(first.recv(100), wire.vendor('Virtual'))
+            assert first.recv(100) == wire.vendor('Virtual')
 
     def test_client(self):
         with socket.socket(socket.AF_UNIX) as listener:
@@ -304,26 +305,26 @@ class Sockets(Case):
             reader = Listener(peer.fileno(), one.counts()['bytes'])
             sim.flush(LIMIT)
             self.counts_match(one, reader.wait()[1])
-        with self.assertRaisesRegex(line.LineError, 'gone'):
+        with pytest.raises(line.LineError, match='gone'):
             sim.run(timeout=LIMIT)
 
     def test_nobody_to_connect_to(self):
-        with self.assertRaisesRegex(line.LineError, 'No such file'):
+        with pytest.raises(line.LineError, match='No such file'):
             line.Client(self.unix(), wait=0)
 
     def test_stale_socket(self):
         with socket.socket(socket.AF_UNIX) as dead:
             dead.bind(self.unix()[5:])
         first = line.Server(self.unix())
-        with self.assertRaisesRegex(line.LineError, 'in use'):
+        with pytest.raises(line.LineError, match='in use'):
             line.Server(self.unix())
         first.close()
-        self.assertEqual(os.listdir(self.dir), [])
+        assert os.listdir(self.dir) == []
 
     def test_addresses(self):
         for text in ('unix:', 'tcp:', 'tcp:x', 'tcp:65536', 'tcp:example.org:80', 'udp:1', '',
                      'tcp:10.0.0.1:80'):
-            with self.subTest(text), self.assertRaises(line.LineError):
+            with case.row(text), pytest.raises(line.LineError):
                 line.check_address(text)
         for text in ('unix:a', 'tcp:1', 'tcp:localhost:1', 'tcp:127.0.0.1:1'):
             line.check_address(text)
@@ -336,21 +337,21 @@ class Sockets(Case):
         sim = self.simulate(one, line.Line(os.dup(ours.fileno()), 'pair'))
         for number in range(1000):
             one.debug('number %d' % number)
-        self.assertGreater(one.counts()['queued'], 0)
+        assert one.counts()['queued'] > 0
         reader = Listener(theirs.fileno(), one.counts()['bytes'])
         sim.flush(LIMIT)
         packets, decoder = reader.wait()
-        self.assertEqual(bytes(reader.data), b''.join(
-            wire.debug('number %d' % number) for number in range(1000)))
+        assert bytes(reader.data) == b''.join(
+            wire.debug('number %d' % number) for number in range(1000))
         self.counts_match(one, decoder)
-        self.assertEqual(packets, [])                   # there was no sync among them
+        assert packets == []                   # there was no sync among them
 
     def test_what_the_host_sends_is_thrown_away(self):
         ours, theirs = self.pair()
         a_line = line.Line(os.dup(ours.fileno()), 'pair')
         sim = self.simulate(quiet_head(), a_line)
         theirs.sendall(bytes(1000))
-        self.assertTrue(sim.run(lambda: a_line.received == 1000, LIMIT))
+        assert sim.run(lambda: a_line.received == 1000, LIMIT)
 
     def test_pace(self):
         ours, theirs = self.pair()
@@ -359,33 +360,33 @@ class Sockets(Case):
         for _ in range(100):
             one.debug('x' * 190)
         # 5760 bytes a second, a tenth of it in advance: most of it has not gone out yet
-        self.assertGreater(one.counts()['queued'], 19300 // 2)
+        assert one.counts()['queued'] > 19300 // 2
         reader = Listener(theirs.fileno(), 19300)
         began = time.monotonic()
         sim.flush(LIMIT)
-        self.assertGreater(time.monotonic() - began, 1)
+        assert time.monotonic() - began > 1
         reader.wait()
-        self.assertEqual(len(reader.data), 19300)
+        assert len(reader.data) == 19300
 
     def test_the_loop_sleeps(self):
         """Nothing to do costs nothing, whatever state the line is in."""
         ours, _ = self.pair()
         a_pty, server = line.Pty(), line.Server(self.unix())
         slave = os.open(a_pty.name, os.O_RDWR | os.O_NOCTTY)
-        self.addCleanup(os.close, slave)
+        self.add_cleanup(os.close, slave)
         for name, a_line in (('pair', line.Line(os.dup(ours.fileno()), 'pair')),
                              ('pty', line.Pty()), ('open pty', a_pty), ('server', server)):
-            with self.subTest(name):
+            with case.row(name):
                 sim = self.simulate(head.Head(), a_line)
                 sim.run(timeout=0.05)
                 steps, step = [], sim._step
                 sim._step = lambda deadline, step=step, steps=steps: (steps.append(1),
                                                                       step(deadline))
                 sim.run(timeout=0.5)
-                self.assertLess(len(steps), 60)
+                assert len(steps) < 60
 
 
-class Files(Case):
+class TestFiles(Case):
     def path(self, name='file'):
         return os.path.join(self.dir, name)
 
@@ -398,42 +399,42 @@ class Files(Case):
             data = file.read()
         decoder = wire.Decoder()
         decoder.feed(data)
-        self.assertEqual(self.counts_match(one, decoder)['bytes'], len(data))
-        self.assertTrue(stat.S_ISREG(os.stat(self.path()).st_mode))
+        assert self.counts_match(one, decoder)['bytes'] == len(data)
+        assert stat.S_ISREG(os.stat(self.path()).st_mode)
 
     def test_fifo(self):
         os.mkfifo(self.path())
-        with self.assertRaisesRegex(line.LineError, 'No such device'):
+        with pytest.raises(line.LineError, match='No such device'):
             line.File(self.path())                  # nobody reads it
         reader = os.open(self.path(), os.O_RDONLY | os.O_NONBLOCK)
         sim = self.simulate(quiet_head(), line.File(self.path()))
         sim.head.report('vendor')
-        self.assertEqual(os.read(reader, 100), wire.vendor('Virtual'))
+        assert os.read(reader, 100) == wire.vendor('Virtual')
         os.close(reader)
-        with self.assertRaisesRegex(line.LineError, 'gone'):
+        with pytest.raises(line.LineError, match='gone'):
             sim.run(timeout=LIMIT)
 
     def test_tty(self):
         """A tty follows the head's rate, so that a wrong rate is one."""
         master, slave = os.openpty()
-        self.addCleanup(os.close, master)
-        self.addCleanup(os.close, slave)
+        self.add_cleanup(os.close, master)
+        self.add_cleanup(os.close, slave)
         a_line = line.File(os.ttyname(slave))
         one = quiet_head(rate=57600)
         self.simulate(one, a_line)
-        self.assertEqual(termios.tcgetattr(slave)[5], termios.B57600)
+        assert termios.tcgetattr(slave)[5] == termios.B57600
         one.set_rate(921600)
         modes = termios.tcgetattr(slave)
-        self.assertEqual((modes[5], modes[3]), (termios.B921600, 0))
+        assert (modes[5], modes[3]) == (termios.B921600, 0)
         one.send_raw(b'\n\r\x03')
-        self.assertEqual(os.read(master, 100), b'\n\r\x03')
-        self.assertIsNone(a_line.uart_rate())
+        assert os.read(master, 100) == b'\n\r\x03'
+        assert a_line.uart_rate() is None
 
     def test_no_such_file(self):
-        with self.assertRaisesRegex(line.LineError, 'No such file'):
+        with pytest.raises(line.LineError, match='No such file'):
             line.File(self.path('no/such'))
 
     def test_full_disk(self):
         sim = self.simulate(quiet_head(), line.File('/dev/full'))
-        with self.assertRaisesRegex(line.LineError, '/dev/full: No space'):
+        with pytest.raises(line.LineError, match='/dev/full: No space'):
             sim.head.report()

@@ -14,7 +14,8 @@ import sys
 import tempfile
 import threading
 import time
-import unittest
+import pytest
+from case import Case, row
 
 
 PRODUCT = os.path.realpath(os.path.join(os.path.dirname(os.path.realpath(__file__)),
@@ -29,15 +30,15 @@ PROGRAM = [sys.executable, '-B', os.path.join(PRODUCT, 'xy3-head-sim')]
 LIMIT = 20                  # seconds, for anything that is expected to happen
 
 
-class Scripts(unittest.TestCase):
+class TestScripts(Case):
     """Commands, on a pipe."""
 
-    def setUp(self):
+    def set_up(self):
         self.reader, writer = os.pipe()
         os.set_blocking(self.reader, False)
         self.line = line.Line(writer, 'pipe')
-        self.addCleanup(os.close, self.reader)
-        self.addCleanup(self.line.close)
+        self.add_cleanup(os.close, self.reader)
+        self.add_cleanup(self.line.close)
         self.head = head.Head(interval=0, sync_interval=0)
         self.simulator = Simulator(self.head, self.line)
         self.said = []
@@ -60,98 +61,98 @@ class Scripts(unittest.TestCase):
         return wire.unpack(data[1], data[3:], self.head.order)
 
     def test_texts(self):
-        self.assertEqual(self.run_text('vendor Laser  Works', 'model ABC', 'firmware 1.2.3',
-                                       'serial 0001', 'serial -'),
-                         wire.vendor('Laser  Works') + wire.model('ABC') +
-                         wire.firmware('1.2.3') + wire.serial('0001'))
-        self.assertIsNone(self.head.serial)
+        assert self.run_text('vendor Laser  Works', 'model ABC', 'firmware 1.2.3',
+                                       'serial 0001', 'serial -') == \
+                         wire.vendor('Laser  Works') + wire.model('ABC') + \
+                         wire.firmware('1.2.3') + wire.serial('0001')
+        assert self.head.serial is None
 
     def test_temp(self):
-        self.assertEqual(self.unpacked('temp galvo_x 43.5')[12], 4350)
-        self.assertEqual(self.unpacked('temp head -5')[0], -500)
-        self.assertIsNone(self.unpacked('temp dsp absent')[1])
-        self.assertEqual(len(self.unpacked('temp galvo_y absent')), 13)
+        assert self.unpacked('temp galvo_x 43.5')[12] == 4350
+        assert self.unpacked('temp head -5')[0] == -500
+        assert self.unpacked('temp dsp absent')[1] is None
+        assert len(self.unpacked('temp galvo_y absent')) == 13
 
     def test_error(self):
-        self.assertEqual(self.unpacked('error dac_y temperature')[3], 1)
-        self.assertEqual(self.unpacked('error dac_y none')[3], 0)
-        self.assertEqual(self.unpacked('error dac_y 0xff')[3], 255)
-        self.assertEqual(len(self.unpacked('error mirror_w absent')), 21)
+        assert self.unpacked('error dac_y temperature')[3] == 1
+        assert self.unpacked('error dac_y none')[3] == 0
+        assert self.unpacked('error dac_y 0xff')[3] == 255
+        assert len(self.unpacked('error mirror_w absent')) == 21
 
     def test_hours_and_frame_errors(self):
-        self.assertEqual(self.unpacked('hours head 1234')[0], 1234)
-        self.assertIsNone(self.unpacked('hours head absent')[0])
-        self.assertEqual(self.unpacked('frame-errors w 9'), [0, 0, 0, 0, 9])
+        assert self.unpacked('hours head 1234')[0] == 1234
+        assert self.unpacked('hours head absent')[0] is None
+        assert self.unpacked('frame-errors w 9') == [0, 0, 0, 0, 9]
 
     def test_order(self):
         self.run_text('order big')
-        self.assertEqual(self.run_text('hours head 1')[3:7], b'\0\0\0\1')
+        assert self.run_text('hours head 1')[3:7] == b'\0\0\0\1'
 
     def test_sending(self):
-        self.assertEqual(self.run_text('sync'), wire.sync())
-        self.assertEqual(self.run_text('debug a b'), wire.debug('a b'))
-        self.assertEqual(self.run_text('packet 0x20', 'packet 7 01 02'),
-                         wire.packet(0x20) + wire.errors([1, 2]))
-        self.assertEqual(self.run_text('raw 48 4100'), wire.sync())
-        self.assertEqual(self.run_text('report'), b''.join(self.head.packets()))
+        assert self.run_text('sync') == wire.sync()
+        assert self.run_text('debug a b') == wire.debug('a b')
+        assert self.run_text('packet 0x20', 'packet 7 01 02') == \
+                         wire.packet(0x20) + wire.errors([1, 2])
+        assert self.run_text('raw 48 4100') == wire.sync()
+        assert self.run_text('report') == b''.join(self.head.packets())
 
     def test_faults(self):
-        self.assertEqual(len(self.run_text('fault lost 2', 'sync', 'sync', 'sync')), 2 + 2 + 3)
+        assert len(self.run_text('fault lost 2', 'sync', 'sync', 'sync')) == 2 + 2 + 3
         self.run_text('fault noise always', 'fault torn 1/9')
-        self.assertEqual(self.head.faults.active, ['noise', 'torn'])
+        assert self.head.faults.active == ['noise', 'torn']
         self.run_text('fault noise off')
-        self.assertEqual(self.head.faults.active, ['torn'])
+        assert self.head.faults.active == ['torn']
         self.run_text('fault off')
-        self.assertEqual(self.head.faults.active, [])
+        assert self.head.faults.active == []
 
     def test_every_fault(self):
         for kind in faults.KINDS:
             self.run_text('fault %s once' % kind, 'sync')
-            self.assertEqual(self.head.faults.counts[kind], 1)
+            assert self.head.faults.counts[kind] == 1
 
     def test_silence(self):
-        self.assertEqual(self.run_text('silence', 'sync', 'silence off', 'debug abc'),
-                         wire.debug('abc'))
-        self.assertEqual(self.run_text('silence 0.05', 'sync', 'sleep 0.1', 'debug abc'),
-                         wire.debug('abc'))
+        assert self.run_text('silence', 'sync', 'silence off', 'debug abc') == \
+                         wire.debug('abc')
+        assert self.run_text('silence 0.05', 'sync', 'sleep 0.1', 'debug abc') == \
+                         wire.debug('abc')
 
     def test_rates(self):
-        self.assertEqual(self.run_text('uart 115200', 'sync'), wire.sync())
-        self.assertNotIn(wire.START, self.run_text('rate 57600', 'sync'))
-        self.assertEqual(self.run_text('uart 57600', 'sync'), wire.sync())
-        self.assertEqual(self.run_text('rate 921600', 'uart auto', 'sync'), wire.sync())
+        assert self.run_text('uart 115200', 'sync') == wire.sync()
+        assert wire.START not in self.run_text('rate 57600', 'sync')
+        assert self.run_text('uart 57600', 'sync') == wire.sync()
+        assert self.run_text('rate 921600', 'uart auto', 'sync') == wire.sync()
 
     def test_intervals(self):
         packets = wire.Decoder().feed(self.run_text('interval 1000', 'sync-interval 0.02',
                                                     'sleep 0.2', 'interval 0',
                                                     'sync-interval 0', 'sleep 0.1') + b'H')
         kinds = [kind for kind, _ in packets]
-        self.assertEqual(kinds.count(wire.VENDOR), 1)
-        self.assertGreater(kinds.count(wire.SYNC), 4)
+        assert kinds.count(wire.VENDOR) == 1
+        assert kinds.count(wire.SYNC) > 4
 
     def test_streams(self):
         self.run_text('stream 100')
-        self.assertEqual(self.head.counts()['packets'], 100)
+        assert self.head.counts()['packets'] == 100
         self.run_text('zero', 'bytes 10000')
-        self.assertTrue(10000 <= self.head.counts()['bytes'] < 10258)
+        assert 10000 <= self.head.counts()['bytes'] < 10258
 
     def test_counts_and_echo(self):
         self.run_text('sync', 'counts', 'echo one  two')
-        self.assertEqual(self.said[0], ('counts', self.head.counts()))
-        self.assertEqual(self.said[1], ('echo', {'text': 'one  two'}))
+        assert self.said[0] == ('counts', self.head.counts())
+        assert self.said[1] == ('echo', {'text': 'one  two'})
 
     def test_waits(self):
         self.run_text('wait open', 'wait sent')
-        with self.assertRaisesRegex(Failure, '^script:1: wait closed: the line is still open'):
+        with pytest.raises(Failure, match='^script:1: wait closed: the line is still open'):
             self.run_text('wait closed')
 
     def test_a_stream_that_nobody_takes(self):
-        with self.assertRaisesRegex(Failure, 'bytes 1000000: the other end does not take it'):
+        with pytest.raises(Failure, match='bytes 1000000: the other end does not take it'):
             self.run_text('bytes 1000000')
 
     def test_comments_and_quit(self):
-        self.assertEqual(self.run_text('# sync', '', '  ', 'debug abc', 'quit', 'sync'),
-                         wire.debug('abc'))
+        assert self.run_text('# sync', '', '  ', 'debug abc', 'quit', 'sync') == \
+                         wire.debug('abc')
 
     def test_wrong_lines(self):
         for text in ('jump', 'text abc', '_text', 'frame_errors x 1', 'vendor', 'vendor ab',
@@ -165,18 +166,18 @@ class Scripts(unittest.TestCase):
                      'interval -1', 'sync-interval x', 'fault', 'fault lost', 'fault fire once',
                      'fault lost 0', 'silence on', 'stream', 'stream 0', 'bytes -1', 'wait',
                      'wait long', 'sleep', 'sleep -1', 'sleep inf', 'counts 1', 'zero 1', 'quit 1'):
-            with self.subTest(text), self.assertRaisesRegex(ScriptError, '^script:1: '):
+            with row(text), pytest.raises(ScriptError, match='^script:1: '):
                 self.run_text(text)
-        self.assertEqual(self.head.counts()['bytes'], 0)
+        assert self.head.counts()['bytes'] == 0
 
     def test_every_documented_command_parses(self):
         names = {name for form, _ in COMMANDS for name in form.split()[0].split('|')}
         known = {name[len('_parse_'):].replace('_', '-') for name in dir(Runner)
                  if name.startswith('_parse_')}
-        self.assertEqual(names, known)
+        assert names == known
 
 
-class CommandLine(unittest.TestCase):
+class TestCommandLine(Case):
     def call(self, *arguments):
         """-> (exit status, stdout, stderr)"""
         out, err = io.StringIO(), io.StringIO()
@@ -189,13 +190,13 @@ class CommandLine(unittest.TestCase):
 
     def script(self, *lines):
         file = tempfile.NamedTemporaryFile('w', suffix='.head', delete=False)
-        self.addCleanup(os.unlink, file.name)
+        self.add_cleanup(os.unlink, file.name)
         with file:
             file.write('\n'.join(lines))
         return file.name
 
     def test_version(self):
-        self.assertEqual(self.call('--version')[:2], (0, 'xy3-head-sim %s\n' % VERSION))
+        assert self.call('--version')[:2] == (0, 'xy3-head-sim %s\n' % VERSION)
 
     def test_usage_errors(self):
         for arguments in (['--no-such'], ['surplus'], ['-r', '9600'], ['-i', '-1'], ['-i', 'nan'],
@@ -204,75 +205,75 @@ class CommandLine(unittest.TestCase):
                           ['-p', '-o', 'x'], ['-n', '0'], ['-n', '1', '-b', '1'],
                           ['-n', '1', '-s', '-'], ['-x'], ['-o', '/dev/null', '-L', 'x'],
                           ['--scr', '-'], ['-o', '/dev/null', '-s', '/does/not/exist']):
-            with self.subTest(' '.join(arguments)):
+            with row(' '.join(arguments)):
                 status, out, err = self.call(*arguments)
-                self.assertEqual((status, out), (2, ''))
-                self.assertIn('xy3-head-sim: ', err)
+                assert (status, out) == (2, '')
+                assert 'xy3-head-sim: ' in err
 
     def test_options_reach_the_head(self):
         options = cli.make_parser().parse_args(
             ['--vendor', 'Abc', '--serial', '', '--order', 'big', '-r', '57600', '-i', '5', '-y',
              '0', '-f', 'lost=3', '--fault', 'noise=1/7', '--seed', '9'])
         one = cli.make_head(options)
-        self.assertEqual((one.vendor, one.model, one.serial, one.order, one.rate, one.interval,
-                          one.sync_interval, one.faults.active),
-                         ('Abc', 'Head-2D', None, 'big', 57600, 5.0, 0.0, ['noise', 'lost']))
+        assert (one.vendor, one.model, one.serial, one.order, one.rate, one.interval,
+                          one.sync_interval, one.faults.active) == \
+                         ('Abc', 'Head-2D', None, 'big', 57600, 5.0, 0.0, ['noise', 'lost'])
 
     def test_stream_to_a_file(self):
         with tempfile.NamedTemporaryFile() as file:
             for arguments, packets in ((['-n', '12345'], 12345), (['-b', '200000'], 0)):
                 status, out, _ = self.call('-o', file.name, *arguments)
-                self.assertEqual(status, 0)
+                assert status == 0
                 first, counts = out.splitlines()
-                self.assertEqual(first, 'ready ' + file.name)
+                assert first == 'ready ' + file.name
                 counts = json.loads(counts)
                 with open(file.name, 'rb') as result:
                     data = result.read()
                 decoder = wire.Decoder()
                 decoder.feed(data)
-                self.assertEqual((counts['bytes'], counts['receiver']),
-                                 (len(data), decoder.counts()))
-                self.assertEqual(counts['packets'], packets or decoder.packets)
+                assert (counts['bytes'], counts['receiver']) == \
+                                 (len(data), decoder.counts())
+                assert counts['packets'] == (packets or decoder.packets)
 
     def test_script_from_a_file(self):
         script = self.script('echo hello', 'sync', 'counts')
         status, out, _ = self.call('-o', '/dev/null', '-i', '0', '-y', '0', '-s', script)
-        self.assertEqual(status, 0)
+        assert status == 0
         ready, hello, counts = out.splitlines()
-        self.assertEqual((ready, hello), ('ready /dev/null', 'hello'))
-        self.assertEqual(json.loads(counts)['packets'], 1)
+        assert (ready, hello) == ('ready /dev/null', 'hello')
+        assert json.loads(counts)['packets'] == 1
 
     def test_nothing_runs_if_a_line_is_wrong(self):
         script = self.script('echo hello', 'jump')
         status, out, err = self.call('-o', '/dev/null', '-s', script)
-        self.assertEqual((status, out), (2, ''))
-        self.assertEqual(err, 'xy3-head-sim: %s:2: no command "jump"\n' % script)
+        assert (status, out) == (2, '')
+        assert err == 'xy3-head-sim: %s:2: no command "jump"\n' % script
 
     def test_a_script_that_fails(self):
         script = self.script('wait closed', 'echo no')
         status, out, err = self.call('-o', '/dev/null', '-t', '0.1', '-s', script)
-        self.assertEqual((status, out), (1, 'ready /dev/null\n'))
-        self.assertIn(':1: wait closed: the line is still open', err)
+        assert (status, out) == (1, 'ready /dev/null\n')
+        assert ':1: wait closed: the line is still open' in err
 
     def test_a_line_that_fails(self):
         for arguments in (['-o', '/no/such/file'], ['-c', 'unix:/no/such', '-w', '0'],
                           ['-l', 'unix:/no/such/place'], ['-o', '/dev/full', '-n', '1'],
                           ['-L', '/no/such/place']):
-            with self.subTest(' '.join(arguments)):
+            with row(' '.join(arguments)):
                 status, _, err = self.call(*arguments)
-                self.assertEqual(status, 1)
-                self.assertRegex(err, r'^xy3-head-sim: [^\n]*(/no/such|/dev/full)[^\n]*\n$')
+                assert status == 1
+                assert re.search(r'^xy3-head-sim: [^\n]*(/no/such|/dev/full)[^\n]*\n$', err)
 
     def test_json(self):
         script = self.script('echo hello', 'counts')
         out = self.call('-j', '-o', '/dev/null', '-s', script)[1]
         ready, echo, counts = [json.loads(text) for text in out.splitlines()]
-        self.assertEqual(ready, {'schema': 1, 'event': 'ready', 'line': '/dev/null'})
-        self.assertEqual(echo, {'schema': 1, 'event': 'echo', 'text': 'hello'})
-        self.assertEqual((counts['schema'], counts['event']), (1, 'counts'))
+        assert ready == {'schema': 1, 'event': 'ready', 'line': '/dev/null'}
+        assert echo == {'schema': 1, 'event': 'echo', 'text': 'hello'}
+        assert (counts['schema'], counts['event']) == (1, 'counts')
 
 
-class Program(unittest.TestCase):
+class TestProgram(Case):
     """The program as a process of its own."""
 
     def start(self, *arguments):
@@ -280,11 +281,11 @@ class Program(unittest.TestCase):
                                    stdout=subprocess.PIPE, stderr=subprocess.PIPE)
         guard = threading.Timer(3 * LIMIT, process.kill)
         guard.start()
-        self.addCleanup(guard.cancel)
+        self.add_cleanup(guard.cancel)
         for stream in (process.stdin, process.stdout, process.stderr):
-            self.addCleanup(stream.close)
-        self.addCleanup(process.wait)
-        self.addCleanup(process.kill)
+            self.add_cleanup(stream.close)
+        self.add_cleanup(process.wait)
+        self.add_cleanup(process.kill)
         return process
 
     def tell(self, process, text):
@@ -302,10 +303,10 @@ class Program(unittest.TestCase):
 
     def open_pty(self, process):
         ready, name = self.line_of(process).split()
-        self.assertEqual(ready, 'ready')
+        assert ready == 'ready'
         slave = os.open(name, os.O_RDWR | os.O_NOCTTY)
-        self.addCleanup(os.close, slave)
-        self.assertEqual(self.line_of(process), 'opened')
+        self.add_cleanup(os.close, slave)
+        assert self.line_of(process) == 'opened'
         return slave
 
     def test_commands_while_it_runs(self):
@@ -313,11 +314,11 @@ class Program(unittest.TestCase):
         slave = self.open_pty(process)
         self.tell(process, 'temp galvo_x 43.5')
         data = self.read(slave, 3)
-        self.assertEqual((data[1], wire.unpack(data[1], data[3:])[12]), (wire.TEMPERATURES, 4350))
+        assert (data[1], wire.unpack(data[1], data[3:])[12]) == (wire.TEMPERATURES, 4350)
         self.tell(process, 'counts')
-        self.assertEqual(json.loads(self.line_of(process))['bytes'], len(data))
+        assert json.loads(self.line_of(process))['bytes'] == len(data)
         self.tell(process, 'quit')
-        self.assertEqual(process.wait(LIMIT), 0)
+        assert process.wait(LIMIT) == 0
 
     def test_telemetry_by_itself(self):
         process = self.start('--vendor', 'By itself')
@@ -325,12 +326,12 @@ class Program(unittest.TestCase):
         packets, slave = [], self.open_pty(process)
         while len(packets) < 15:
             data = self.read(slave, 1)
-            self.assertTrue(data)
+            assert data
             packets += decoder.feed(data)
-        self.assertIn((wire.VENDOR, b'By itself'), packets)
-        self.assertEqual(decoder.dropped, 0)
+        assert (wire.VENDOR, b'By itself') in packets
+        assert decoder.dropped == 0
         process.send_signal(signal.SIGTERM)
-        self.assertEqual(process.wait(LIMIT), 0)
+        assert process.wait(LIMIT) == 0
 
     def test_stream_waits_for_its_reader(self):
         process = self.start('-n', '50000')
@@ -339,25 +340,25 @@ class Program(unittest.TestCase):
         decoder = wire.Decoder()
         while decoder.packets < 50000:
             data = self.read(slave, 1)
-            self.assertTrue(data)
+            assert data
             decoder.feed(data)
         counts = json.loads(self.line_of(process))
-        self.assertEqual((counts['receiver'], counts['bytes'], counts['packets']),
-                         (decoder.counts(), decoder.packet_bytes, 50000))
-        self.assertIsNone(process.poll())
+        assert (counts['receiver'], counts['bytes'], counts['packets']) == \
+                         (decoder.counts(), decoder.packet_bytes, 50000)
+        assert process.poll() is None
         process.send_signal(signal.SIGINT)
-        self.assertEqual((process.wait(LIMIT), process.stderr.read()), (0, b''))
+        assert (process.wait(LIMIT), process.stderr.read()) == (0, b'')
 
     def test_a_wrong_line_on_stdin(self):
         process = self.start('-s', '-', '-o', '/dev/null')
         out, err = process.communicate(b'echo hello\njump\necho no\n', LIMIT)
-        self.assertEqual((process.returncode, out, err), (
-            2, b'ready /dev/null\nhello\n', b'xy3-head-sim: stdin:2: no command "jump"\n'))
+        assert (process.returncode, out, err) == (
+            2, b'ready /dev/null\nhello\n', b'xy3-head-sim: stdin:2: no command "jump"\n')
 
     def test_last_line_without_newline(self):
         process = self.start('-s', '-', '-o', '/dev/null')
         out, _ = process.communicate(b'echo hello', LIMIT)
-        self.assertEqual((process.returncode, out), (0, b'ready /dev/null\nhello\n'))
+        assert (process.returncode, out) == (0, b'ready /dev/null\nhello\n')
 
     def test_nobody_reads_stdout(self):
         process = self.start('-s', '-', '-o', '/dev/null')
@@ -366,36 +367,36 @@ class Program(unittest.TestCase):
         for _ in range(2):
             with contextlib.suppress(BrokenPipeError):
                 self.tell(process, 'echo hello')
-        self.assertEqual((process.wait(LIMIT), process.stderr.read()), (1, b''))
+        assert (process.wait(LIMIT), process.stderr.read()) == (1, b'')
 
     def test_interrupted_with_a_link(self):
         with tempfile.TemporaryDirectory() as folder:
             link = os.path.join(folder, 'head')
             process = self.start('-L', link)
             self.line_of(process)
-            self.assertTrue(os.path.exists(link))
+            assert os.path.exists(link)
             process.terminate()
-            self.assertEqual(process.wait(LIMIT), 0)
-            self.assertEqual(os.listdir(folder), [])
+            assert process.wait(LIMIT) == 0
+            assert os.listdir(folder) == []
 
     def test_client_whose_server_goes(self):
         with tempfile.TemporaryDirectory() as folder:
             address = 'unix:' + os.path.join(folder, 'socket')
             server = self.start('-l', address, '-s', '-')
-            self.assertEqual(self.line_of(server), 'ready ' + address)
+            assert self.line_of(server) == 'ready ' + address
             client = self.start('-c', address)
-            self.assertEqual(self.line_of(server), 'opened')
+            assert self.line_of(server) == 'opened'
             self.tell(server, 'quit')
-            self.assertEqual(server.wait(LIMIT), 0)
-            self.assertEqual(client.wait(LIMIT), 1)
-            self.assertIn(b'the other end has gone', client.stderr.read())
+            assert server.wait(LIMIT) == 0
+            assert client.wait(LIMIT) == 1
+            assert b'the other end has gone' in client.stderr.read()
 
 
-class Manual(unittest.TestCase):
+class TestManual(Case):
     """The manual page says what --help says."""
 
     @classmethod
-    def setUpClass(cls):
+    def setup_class(cls):
         with open(os.path.join(PRODUCT, 'xy3-head-sim.1'), encoding='utf-8') as page:
             cls.page = page.read()
         cls.parser = cli.make_parser()
@@ -410,47 +411,47 @@ class Manual(unittest.TestCase):
         found = set()
         for item in re.findall(r'(?m)^\.It Fl .*$', described):
             found |= set(re.findall(r'Fl -?([\w-]+)', item))
-        self.assertEqual(found, wanted)
-        self.assertGreater(len(wanted), 30)
+        assert found == wanted
+        assert len(wanted) > 30
 
     def test_defaults(self):
         page = self.section('DESCRIPTION').replace('\n', ' ')
         for name, default in (('wait', '5'), ('interval', '1'), ('sync-interval', r'0\.1'),
                               ('seed', '0'), ('order', 'little')):
-            self.assertRegex(page, r'Fl -%s [^.]*\.?[^.]*?\. The default is %s\b' % (name, default))
+            assert re.search(r'Fl -%s [^.]*\.?[^.]*?\. The default is %s\b' % (name, default), page)
             value = self.parser.get_default(name.replace('-', '_'))
-            self.assertEqual(format(value, 'g') if isinstance(value, float) else str(value),
-                             default.replace('\\', ''))
+            assert (format(value, 'g') if isinstance(value, float) else str(value)) == \
+                             default.replace('\\', '')
         for rate in wire.RATES:
-            self.assertIn(str(rate), page)
+            assert str(rate) in page
 
     def test_commands(self):
         names = {name for form, _ in COMMANDS for name in form.split()[0].split('|')}
-        self.assertEqual(set(re.findall(r'(?m)^\.It Ic ([\w-]+)', self.section('Scripts'))), names)
+        assert set(re.findall(r'(?m)^\.It Ic ([\w-]+)', self.section('Scripts'))) == names
 
     def test_faults(self):
         text = self.section('Faults')
-        self.assertEqual(re.findall(r'(?m)^\.It Cm ([\w-]+)$', text), list(faults.KINDS))
+        assert re.findall(r'(?m)^\.It Cm ([\w-]+)$', text) == list(faults.KINDS)
         words = re.sub(r'\s+', ' ', text).lower()
         for what in faults.KINDS.values():
-            self.assertIn(what.lower(), words)
+            assert what.lower() in words
 
     def test_names(self):
         words = set(re.findall(r'\w+', self.section('Scripts')))
         for name in wire.COMPONENTS + wire.AXES + wire.ERROR_NAMES:
-            self.assertIn(name, words)
+            assert name in words
 
     def test_counts(self):
         words = set(re.findall(r'\w+', self.section('Output')))
         for name in (*head.Head().counts(), *wire.Decoder().counts()):
-            self.assertIn(name, words)
+            assert name in words
 
     def test_statuses(self):
         for status in (cli.OK, cli.FAILED, cli.USAGE):
-            self.assertRegex(self.section('EXIT STATUS'), r'(?m)^\.It %d$' % status)
+            assert re.search(r'(?m)^\.It %d$' % status, self.section('EXIT STATUS'))
 
     def test_help_has_everything(self):
         text = self.parser.format_help()
         for words in ([form for form, _ in COMMANDS], faults.KINDS, wire.COMPONENTS):
             for word in words:
-                self.assertIn(word, text)
+                assert word in text

@@ -5,7 +5,8 @@
 import os
 import random
 import sys
-import unittest
+import pytest
+import case
 
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)),
@@ -23,42 +24,42 @@ LENGTHS = (
 )
 
 
-class Tables(unittest.TestCase):
+class TestTables(case.Case):
     def test_types(self):
-        self.assertEqual(wire.TYPES, {name: number for name, number, *_ in LENGTHS})
+        assert wire.TYPES == {name: number for name, number, *_ in LENGTHS}
 
     def test_lengths(self):
         for name, number, least, most, step in LENGTHS:
             legal = {length for length in range(256)
                      if least <= length <= most and (length - least) % step == 0}
-            self.assertEqual({length for length in range(256) if length in wire.LENGTHS[number]},
-                             legal, name)
+            assert {length for length in range(256) if length in wire.LENGTHS[number]} == \
+                             legal, name
 
     def test_components(self):
-        self.assertEqual(len(wire.COMPONENTS), 22)
+        assert len(wire.COMPONENTS) == 22
         for index, name in ((0, 'head'), (1, 'dsp'), (2, 'dac_x'), (6, 'dac_w'),
                             (7, 'driver_x'), (12, 'galvo_x'), (14, 'galvo_z'),
                             (17, 'mirror_x'), (21, 'mirror_w')):
-            self.assertEqual(wire.COMPONENTS[index], name)
+            assert wire.COMPONENTS[index] == name
 
     def test_errors(self):
         for code, name in enumerate(('none', 'temperature', 'data', 'range', 'power',
                                      'electrical', 'adjustment', 'mechanical')):
-            self.assertEqual((wire.error_code(name), wire.error_name(code)), (code, name))
-        self.assertEqual([wire.error_name(code) for code in (8, 100, 255)], ['8', '100', '255'])
+            assert (wire.error_code(name), wire.error_name(code)) == (code, name)
+        assert [wire.error_name(code) for code in (8, 100, 255)] == ['8', '100', '255']
 
     def test_axes(self):
-        self.assertEqual([wire.axis_mask(axes) for axes in ('x', 'w', 'xz', 'xx', '', 'all')],
-                         [1, 16, 5, 1, 0, 0])
+        assert [wire.axis_mask(axes) for axes in ('x', 'w', 'xz', 'xx', '', 'all')] == \
+                         [1, 16, 5, 1, 0, 0]
 
     def test_rates_have_commands(self):
-        self.assertEqual({name for name in wire.COMMANDS if name.startswith('rate')},
-                         {'rate %d' % rate for rate in wire.RATES})
+        assert {name for name in wire.COMMANDS if name.startswith('rate')} == \
+                         {'rate %d' % rate for rate in wire.RATES}
 
 
-class Packets(unittest.TestCase):
+class TestPackets(case.Case):
     def check(self, packet, wanted):
-        self.assertEqual(packet.hex(' '), wanted)
+        assert packet.hex(' ') == wanted
 
     def test_by_hand(self):
         self.check(wire.vendor('abc'), '48 01 03 61 62 63')
@@ -89,7 +90,7 @@ class Packets(unittest.TestCase):
                 ('name', lambda: wire.errors(['fire'])), ('hours', lambda: wire.hours([-1])),
                 ('payload', lambda: wire.packet(1, bytes(256))),
                 ('type', lambda: wire.packet(256))):
-            with self.subTest(name), self.assertRaises(ValueError):
+            with case.row(name), pytest.raises(ValueError):
                 call()
 
     def test_unpack_reverses(self):
@@ -99,13 +100,13 @@ class Packets(unittest.TestCase):
                     (wire.HOURS, wire.hours, [0, None, 0xFFFFFFFE]),
                     (wire.FRAME_ERRORS, wire.frame_errors, [1, 2, 3, 4, 0xFFFFFFFF])):
                 packet = build(values, order)
-                self.assertEqual(wire.unpack(kind, packet[3:], order), values)
-        self.assertEqual(wire.unpack(wire.ERRORS, b'\0\7\xc8'), [0, 7, 200])
-        self.assertEqual(wire.unpack(wire.SERIAL, b'123'), b'123')
-        self.assertIsNone(wire.unpack(wire.SYNC, b''))
+                assert wire.unpack(kind, packet[3:], order) == values
+        assert wire.unpack(wire.ERRORS, b'\0\7\xc8') == [0, 7, 200]
+        assert wire.unpack(wire.SERIAL, b'123') == b'123'
+        assert wire.unpack(wire.SYNC, b'') is None
 
 
-class Frames(unittest.TestCase):
+class TestFrames(case.Case):
     def test_by_hand(self):
         for name, frame, wanted in (
                 ('autocalib of X and Z', wire.command_frame('autocalib on', 'xz'), '200017'),
@@ -115,13 +116,13 @@ class Frames(unittest.TestCase):
                 ('position 0', wire.position_frame(0), 'c0000000'),
                 ('last position', wire.position_frame((1 << 26) - 1), 'fffffffa'),
                 ('24 bit', wire.position_frame(1, bits=24), '400005')):
-            with self.subTest(name):
-                self.assertEqual(frame.hex(), wanted)
+            with case.row(name):
+                assert frame.hex() == wanted
 
     def test_too_wide(self):
         for call in (lambda: wire.command_frame(1 << 20), lambda: wire.position_frame(1 << 26),
                      lambda: wire.position_frame(1 << 20, bits=24)):
-            with self.assertRaises(ValueError):
+            with pytest.raises(ValueError):
                 call()
 
 
@@ -165,19 +166,19 @@ def texts(packets):
     return [bytes((kind, *payload)).hex(' ') for kind, payload in packets]
 
 
-class Decoding(unittest.TestCase):
+class TestDecoding(case.Case):
     def check(self, decoder, packets, row):
         _, text, wanted, dropped, kept, bad, resyncs, in_sync = row
-        self.assertEqual(texts(packets), wanted)
-        self.assertEqual((decoder.dropped, decoder.kept, decoder.bad_lengths, decoder.resyncs,
-                          decoder.in_sync), (dropped, kept, bad, resyncs, in_sync))
-        self.assertEqual(decoder.packets, len(wanted))
-        self.assertEqual(decoder.packet_bytes + decoder.dropped + decoder.kept,
-                         len(bytes.fromhex(text)))
+        assert texts(packets) == wanted
+        assert (decoder.dropped, decoder.kept, decoder.bad_lengths, decoder.resyncs,
+                          decoder.in_sync) == (dropped, kept, bad, resyncs, in_sync)
+        assert decoder.packets == len(wanted)
+        assert decoder.packet_bytes + decoder.dropped + decoder.kept == \
+                         len(bytes.fromhex(text))
 
     def test_rows(self):
         for row in ROWS:
-            with self.subTest(row[0]):
+            with case.row(row[0]):
                 decoder = wire.Decoder()
                 self.check(decoder, decoder.feed(bytes.fromhex(row[1])), row)
 
@@ -185,14 +186,14 @@ class Decoding(unittest.TestCase):
         for row in ROWS:
             data = bytes.fromhex(row[1])
             for at in range(len(data) + 1):
-                with self.subTest(row[0], at=at):
+                with case.row(row[0], at=at):
                     decoder = wire.Decoder()
                     packets = decoder.feed(data[:at]) + decoder.feed(data[at:])
                     self.check(decoder, packets, row)
 
     def test_rows_byte_by_byte(self):
         for row in ROWS:
-            with self.subTest(row[0]):
+            with case.row(row[0]):
                 decoder = wire.Decoder()
                 packets = [packet for byte in bytes.fromhex(row[1])
                            for packet in decoder.feed(bytes((byte,)))]
@@ -205,34 +206,34 @@ class Decoding(unittest.TestCase):
                 packet = bytes((0x48, kind, length)) + bytes(length)
                 packets = decoder.feed(SYNC + packet)
                 if length in wire.LENGTHS.get(kind, range(256)):
-                    self.assertEqual(packets[1:], [(kind, bytes(length))])
-                    self.assertEqual((decoder.dropped, decoder.kept), (0, 0))
-                    self.assertEqual(decoder.unknown, kind not in wire.LENGTHS)
+                    assert packets[1:] == [(kind, bytes(length))]
+                    assert (decoder.dropped, decoder.kept) == (0, 0)
+                    assert decoder.unknown == (kind not in wire.LENGTHS)
                 else:
-                    self.assertEqual(packets[1:], [])
-                    self.assertEqual((decoder.bad_lengths, decoder.in_sync), (1, False))
+                    assert packets[1:] == []
+                    assert (decoder.bad_lengths, decoder.in_sync) == (1, False)
 
     def test_line_error(self):
         decoder = wire.Decoder()
         decoder.feed(SYNC + wire.errors([1]) + wire.errors([1, 2])[:4])
         decoder.lost(2)
-        self.assertEqual((decoder.dropped, decoder.kept, decoder.in_sync), (6, 0, False))
-        self.assertEqual(decoder.feed(wire.errors([3])), [])
-        self.assertEqual(len(decoder.feed(SYNC + wire.errors([3]))), 2)
-        self.assertEqual((decoder.dropped, decoder.resyncs), (10, 1))
+        assert (decoder.dropped, decoder.kept, decoder.in_sync) == (6, 0, False)
+        assert decoder.feed(wire.errors([3])) == []
+        assert len(decoder.feed(SYNC + wire.errors([3]))) == 2
+        assert (decoder.dropped, decoder.resyncs) == (10, 1)
 
     def test_line_error_in_the_sequence(self):
         decoder = wire.Decoder()
         decoder.feed(b'\x48\x41')
         decoder.lost(0)
-        self.assertEqual(decoder.feed(b'\0\x48'), [])
-        self.assertEqual((decoder.dropped, decoder.kept, decoder.resyncs), (3, 1, 0))
+        assert decoder.feed(b'\0\x48') == []
+        assert (decoder.dropped, decoder.kept, decoder.resyncs) == (3, 1, 0)
 
     def test_lost_before_the_first_sync_is_no_resync(self):
         decoder = wire.Decoder()
         decoder.lost(1)
         decoder.feed(SYNC + SYNC)
-        self.assertEqual((decoder.resyncs, decoder.in_sync, decoder.syncs), (0, True, 2))
+        assert (decoder.resyncs, decoder.in_sync, decoder.syncs) == (0, True, 2)
 
     def test_random_streams(self):
         """The invariant, and the same outcome in whatever pieces the bytes come."""
@@ -249,14 +250,14 @@ class Decoding(unittest.TestCase):
                 size = rng.randint(1, 9)
                 got += pieces.feed(data[at:at + size])
                 at += size
-                self.assertEqual(pieces.packet_bytes + pieces.dropped + pieces.kept,
-                                 min(at, len(data)))
-            self.assertEqual((got, pieces.counts()), (wanted, whole.counts()), number)
+                assert pieces.packet_bytes + pieces.dropped + pieces.kept == \
+                                 min(at, len(data))
+            assert (got, pieces.counts()) == (wanted, whole.counts()), number
 
     def test_a_long_stream_loses_nothing(self):
         packets = [wire.sync(), wire.vendor('abc'), wire.temperatures([1] * 22),
                    wire.packet(0xFF, bytes(255)), wire.hours([4] * 22)]
         decoder = wire.Decoder()
         decoder.feed(b''.join(packets) * 5000)
-        self.assertEqual((decoder.packets, decoder.dropped, decoder.unknown, decoder.syncs),
-                         (25000, 0, 5000, 5000))
+        assert (decoder.packets, decoder.dropped, decoder.unknown, decoder.syncs) == \
+                         (25000, 0, 5000, 5000)

@@ -11,7 +11,7 @@ import shutil
 import sys
 import tempfile
 import types
-import unittest
+import case
 from unittest import mock
 
 from busless_pendant import HB04
@@ -63,17 +63,17 @@ class Hal(types.SimpleNamespace):
         return name in self.existing
 
 
-class Texts(unittest.TestCase):
+class TestTexts:
     def test_coordinate(self):
         for value, text in ((0, '0.0000'), (-220.334, '-220.3340'), (1e9, '65535.9900'),
                             (-1e9, '-65535.9900'), (float('inf'), '65535.9900'),
                             (float('nan'), '0.0000'), (1.99999, '2.0000')):
-            self.assertEqual(display.coordinate(value), text)
+            assert display.coordinate(value) == text
 
     def test_number(self):
         for value, text in ((0, '0'), (-1, '0'), (99.6, '100'), (7e4, '65535'),
                             (float('inf'), '65535'), (float('nan'), '0')):
-            self.assertEqual(display.number(value), text)
+            assert display.number(value) == text
 
     def test_multiplier(self):
         known = sorted(STEPS.values())
@@ -81,29 +81,29 @@ class Texts(unittest.TestCase):
                                  (1, 0.001, '1000'), (0.0001, 0.0001, '1'), (0.002, 0.001, '0'),
                                  (0.0011, 0.001, '0'), (0, 0.001, '0'), (-0.001, 0.001, '0'),
                                  (float('nan'), 0.001, '0'), (float('inf'), 0.001, '0')):
-            self.assertEqual(display.multiplier(step, unit, known), text, step)
+            assert display.multiplier(step, unit, known) == text, step
 
     def test_state(self):
         for on, text in (('', 'idle'), ('running', 'run'), ('paused', 'pause'),
                          ('running paused', 'pause'), ('inch', 'inch'),
                          ('running inch', 'run+inch')):
-            self.assertEqual(display.state({**PINS, **dict.fromkeys(on.split(), True)}), text)
+            assert display.state({**PINS, **dict.fromkeys(on.split(), True)}) == text
 
     def test_all(self):
         pins = {**PINS, 'work-x': 1.5, 'machine-z': -2, 'feed-override': 1.2, 'velocity': -20,
                 'spindle-override': 0.5, 'spindle-speed': -18000, 'step': 0.01}
-        self.assertEqual(display.texts(pins, 0.001, [10]), {
+        assert display.texts(pins, 0.001, [10]) == {
             'position': '1.5000 0.0000 0.0000 0.0000 0.0000 -2.0000', 'feedrate_override': '120',
             'spindle_override': '50', 'feedrate': '1200', 'spindle_speed': '18000', 'step': '10',
-            'state': 'idle'})
+            'state': 'idle'}
 
 
-class Case(unittest.TestCase):
+class Case(case.Case):
     """A driver's directory in sysfs, made of files."""
 
-    def setUp(self):
+    def set_up(self):
         self.driver = tempfile.mkdtemp()
-        self.addCleanup(shutil.rmtree, self.driver)
+        self.add_cleanup(shutil.rmtree, self.driver)
         self.said = []
 
     def plug(self, name='0003:10CE:EB70.0001', phys='usb-1/input0'):
@@ -126,47 +126,47 @@ class Case(unittest.TestCase):
             return file.read()
 
 
-class Find(Case):
+class TestFind(Case):
     def test_it(self):
-        self.assertIsNone(display.find(driver=self.driver + '/none'))
+        assert display.find(driver=self.driver + '/none') is None
         os.makedirs(self.driver + '/module')
-        self.assertIsNone(display.find(driver=self.driver))
+        assert display.find(driver=self.driver) is None
         first = self.plug()
         second = self.plug('0003:10CE:EB70.0002', 'usb-2/input0')
-        self.assertEqual(display.find(driver=self.driver), first)
-        self.assertEqual(display.find('usb-2/input0', self.driver), second)
-        self.assertIsNone(display.find('usb-3/input0', self.driver))
+        assert display.find(driver=self.driver) == first
+        assert display.find('usb-2/input0', self.driver) == second
+        assert display.find('usb-3/input0', self.driver) is None
 
 
-class Display(Case):
-    def setUp(self):
-        super().setUp()
+class TestDisplay(Case):
+    def set_up(self):
+        super().set_up()
         self.path = self.plug()
         self.display = display.Display(self.path, self.said.append)
-        self.addCleanup(self.display.close)
+        self.add_cleanup(self.display.close)
 
     def test_only_what_changes_is_written(self):
         self.display.show({'feedrate': '1', 'state': 'run'})
         self.put(self.path + '/dro/state', 'else')
         self.display.show({'feedrate': '2', 'state': 'run'})
-        self.assertEqual((self.get(self.path, 'feedrate'), self.get(self.path, 'state')),
-                         ('2', 'else'))
+        assert (self.get(self.path, 'feedrate'), self.get(self.path, 'state')) == \
+                         ('2', 'else')
 
     def test_each_is_opened_once(self):
         with mock.patch.object(display.os, 'open', wraps=os.open) as opened:
             for number in range(5):
                 self.display.show({'feedrate': str(number)})
-        self.assertEqual(opened.call_count, 1)
+        assert opened.call_count == 1
 
     def test_an_error_is_said_once_and_tried_again(self):
         os.unlink(self.path + '/dro/feedrate')
         for _ in range(3):
             self.display.show({'feedrate': '5', 'state': 'run'})
-        self.assertEqual(self.said, ['feedrate: 5: No such file or directory'])
-        self.assertEqual(self.get(self.path, 'state'), 'run')
+        assert self.said == ['feedrate: 5: No such file or directory']
+        assert self.get(self.path, 'state') == 'run'
         self.put(self.path + '/dro/feedrate', '')
         self.display.show({'feedrate': '5'})
-        self.assertEqual(self.get(self.path, 'feedrate'), '5')
+        assert self.get(self.path, 'feedrate') == '5'
 
     def test_udevd_is_waited_for(self):
         """Until then nobody but root may write, and that is no trouble."""
@@ -175,26 +175,26 @@ class Display(Case):
                 mock.patch.object(display.time, 'monotonic') as clock:
             clock.return_value = self.display.born + display.UDEV_TIME - 0.1
             self.display.show({'feedrate': '5'})
-            self.assertEqual(self.said, [])
+            assert self.said == []
             clock.return_value += 0.2
             for _ in range(3):
                 self.display.show({'feedrate': '5'})
-            self.assertEqual(self.said, ['feedrate: 5: Permission denied'])
+            assert self.said == ['feedrate: 5: Permission denied']
         self.display.show({'feedrate': '5'})
-        self.assertEqual(self.display.shown, {'feedrate': '5'})
+        assert self.display.shown == {'feedrate': '5'}
 
     def test_a_pendant_that_goes_is_no_trouble(self):
         shutil.rmtree(self.path)
         self.display.show({'feedrate': '5'})
-        self.assertEqual((self.said, self.display.there()), ([], False))
+        assert (self.said, self.display.there()) == ([], False)
 
 
-class Component(Case):
+class TestComponent(Case):
     def start(self, *words):
         self.hal = Hal()
         made = component.Component(self.hal, cli.parser().parse_args(words), self.said.append,
                                    driver=self.driver)
-        self.addCleanup(made.end)
+        self.add_cleanup(made.end)
         return made
 
     def turn(self, made):
@@ -204,21 +204,21 @@ class Component(Case):
 
     def test_pins(self):
         self.start()
-        self.assertTrue(self.hal.is_ready)
-        self.assertEqual({pin for pin, kind in self.hal.kinds.items() if kind == ('bit', 'out')},
-                         {'connected', 'heartbeat'})
+        assert self.hal.is_ready
+        assert {pin for pin, kind in self.hal.kinds.items() if kind == ('bit', 'out')} == \
+                         {'connected', 'heartbeat'}
 
     def test_it_follows_the_pendant(self):
         made = self.start()
-        self.assertFalse(self.turn(made))
+        assert not self.turn(made)
         made.pins['work-y'] = 7.25
         for name in ('0003:10CE:EB70.0001', '0003:10CE:EB70.0002'):
             path = self.plug(name)
-            self.assertTrue(self.turn(made))
-            self.assertEqual(self.get(path, 'position').split()[1], '7.2500')
+            assert self.turn(made)
+            assert self.get(path, 'position').split()[1] == '7.2500'
             shutil.rmtree(path)
-            self.assertFalse(self.turn(made))
-        self.assertEqual(self.said, [])
+            assert not self.turn(made)
+        assert self.said == []
 
     def test_heartbeat(self):
         made = self.start()
@@ -226,20 +226,20 @@ class Component(Case):
         for _ in range(4):
             made.turn()
             beats.append(made.pins['heartbeat'])
-        self.assertEqual(beats, [True, False, True, False])
+        assert beats == [True, False, True, False]
 
     def test_the_end(self):
         made = self.start()
         self.plug()
-        self.assertTrue(self.turn(made))
+        assert self.turn(made)
         made.end()
-        self.assertEqual((made.pins['connected'], self.hal.ended), (False, True))
+        assert (made.pins['connected'], self.hal.ended) == (False, True)
 
 
-class Input(unittest.TestCase):
+class TestInput(Case):
     """halcmd is a status here, or None while it runs."""
 
-    def setUp(self):
+    def set_up(self):
         self.hal = Hal()
         self.said = []
         self.started = []
@@ -250,7 +250,7 @@ class Input(unittest.TestCase):
                    mock.patch.object(hal_input.time, 'monotonic', lambda: self.now))
         for patch in patches:
             patch.start()
-            self.addCleanup(patch.stop)
+            self.add_cleanup(patch.stop)
 
     def popen(self, words, **_):
         self.started.append(words)
@@ -265,38 +265,38 @@ class Input(unittest.TestCase):
         return self.input.works_for(path)
 
     def test_without_a_pendant_nothing_is_started(self):
-        self.assertFalse(self.works(None))
-        self.assertEqual(self.started, [])
+        assert not self.works(None)
+        assert self.started == []
 
     def test_it_works_when_halcmd_has_ended(self):
-        self.assertFalse(self.works('a'))
+        assert not self.works('a')
         self.hal.existing.add('hal_input')
-        self.assertFalse(self.works('a'))
+        assert not self.works('a')
         self.loaded()
-        self.assertTrue(self.works('a'))
-        self.assertTrue(self.works('a', 10))
-        self.assertEqual(self.started, [['halcmd', '-f', 'file']])
+        assert self.works('a')
+        assert self.works('a', 10)
+        assert self.started == [['halcmd', '-f', 'file']]
 
     def test_another_pendant_waits_for_the_end_of_the_old_one(self):
         self.works('a')
         self.loaded()
-        self.assertTrue(self.works('a'))
-        self.assertFalse(self.works(None))
-        self.assertFalse(self.works('b', 5))
-        self.assertEqual(len(self.started), 1)
+        assert self.works('a')
+        assert not self.works(None)
+        assert not self.works('b', 5)
+        assert len(self.started) == 1
         self.hal.existing.clear()
         self.status = None
-        self.assertFalse(self.works('b', 5))
+        assert not self.works('b', 5)
         self.loaded()
-        self.assertTrue(self.works('b'))
-        self.assertEqual(len(self.started), 2)
+        assert self.works('b')
+        assert len(self.started) == 2
 
     def test_the_pendant_goes_while_halcmd_runs(self):
         self.works('a')
-        self.assertFalse(self.works(None))
+        assert not self.works(None)
         self.loaded()
-        self.assertFalse(self.works(None))
-        self.assertFalse(self.works('b'))
+        assert not self.works(None)
+        assert not self.works('b')
 
     def test_not_at_once_when_hal_input_ends(self):
         """LinuxCNC may be about to end us, too."""
@@ -306,59 +306,59 @@ class Input(unittest.TestCase):
         self.hal.existing.clear()
         self.status = None
         for seconds, started in ((0, 1), (0.5, 1), (1, 2)):
-            self.assertFalse(self.works('a', seconds))
-            self.assertEqual(len(self.started), started)
+            assert not self.works('a', seconds)
+            assert len(self.started) == started
 
     def test_failure_is_said_once_and_tried_again(self):
         self.status = 1
         for _ in range(6):
-            self.assertFalse(self.works('a', 2))
-        self.assertEqual(len(self.started), 3)
-        self.assertEqual(self.said, ['halcmd -f file: status 1'])
+            assert not self.works('a', 2)
+        assert len(self.started) == 3
+        assert self.said == ['halcmd -f file: status 1']
         self.works('a', 2)
         self.loaded()
-        self.assertTrue(self.works('a'))
-        self.assertEqual(len(self.said), 1)
+        assert self.works('a')
+        assert len(self.said) == 1
 
     def test_without_halcmd(self):
         with mock.patch.object(hal_input.subprocess, 'Popen', side_effect=FileNotFoundError(
                 2, 'No such file or directory')):
-            self.assertFalse(self.works('a'))
-        self.assertEqual(self.said, ['halcmd -f file: No such file or directory'])
+            assert not self.works('a')
+        assert self.said == ['halcmd -f file: No such file or directory']
 
 
-class Files(unittest.TestCase):
+class TestFiles(Case):
     def test_keys_are_those_of_the_model(self):
         captions = {'goto-zero': 'Goto zero', 'start': 'Start/Pause', 'safe-z': 'Safe-Z',
                     'step': 'STEP++', 'stop': 'Stop', 'reset': 'Reset'}
         wired = re.findall(r'^net xhc\.key-(\S+) input\.0\.btn-trigger-happy(\d+)$',
                            product('xhc-input.hal'), re.M)
-        self.assertEqual({name: HB04.keys[int(code)] for name, code in wired}, captions)
+        assert {name: HB04.keys[int(code)] for name, code in wired} == captions
 
     def test_what_hal_input_has_left_is_cleared(self):
         """All it is wired to, but the counts"""
         text = product('xhc-input.hal')
         wired = re.findall(r'^net (\S+) input\.', text, re.M)
         cleared = re.findall(r'^sets (\S+) 0$', text, re.M)
-        self.assertEqual(sorted(wired), sorted(cleared + ['xhc.wheel']))
-        self.assertGreater(text.index('net '), text.rindex('sets '))
-        self.assertEqual(set(wired) - set(re.findall(r'xhc\.\S+', product('xhc-jog.hal'))), set())
+        assert sorted(wired) == sorted(cleared + ['xhc.wheel'])
+        assert text.index('net ') > text.rindex('sets ')
+        assert set(wired) - set(re.findall(r'xhc\.\S+', product('xhc-jog.hal'))) == set()
 
     def test_every_input_pin_but_inch_is_wired(self):
         wired = re.findall(r'xhc-dro\.(\S+)', product('xhc-dro.hal'))
-        self.assertEqual(sorted(wired), sorted(
-            set(component.FLOATS + component.BITS + component.RESULTS) - {'inch'}))
+        assert sorted(wired) == sorted(
+            set(component.FLOATS + component.BITS + component.RESULTS) - {'inch'})
 
     def test_steps_are_on_the_display(self):
         steps = re.findall(r'^setp mux-gen\.00\.in-float-\d+ (\S+)$', product('xhc-jog.hal'),
                            re.M)
         shown = [display.multiplier(float(step), 0.001, list(STEPS.values())) for step in steps]
-        self.assertEqual(shown, ['1', '10', '100', '1000'])
+        assert shown == ['1', '10', '100', '1000']
 
     def test_the_page_has_all_options_and_pins(self):
         page = product('xhc-dro.1')
         for action in cli.parser()._actions:
             for option in action.option_strings:
-                self.assertIn('Fl ' + option[1:], page)
+                assert 'Fl ' + option[1:] in page
         for pin in component.FLOATS + component.BITS + component.RESULTS:
-            self.assertRegex(page, r'\b%s\b' % pin)
+            assert re.search(r'\b%s\b' % pin, page)

@@ -8,7 +8,8 @@ import socket
 import struct
 import threading
 import time
-import unittest
+import pytest
+from case import Case
 
 from busless_pendant import HB04, chunks, frame
 from xhc_sim import models, pendant, uhid, usb
@@ -50,12 +51,12 @@ def control(kind, request, value=0, index=0, length=0):
 SET_CHUNK = control(0x21, 9, 0x0306, 0, 8)
 
 
-class Usb(unittest.TestCase):
-    def setUp(self):
+class TestUsb(Case):
+    def set_up(self):
         self.pendant = FakeKernel('HB04')
         self.pendant.plug()
-        self.addCleanup(self.pendant.host.close)
-        self.addCleanup(self.pendant.unplug)
+        self.add_cleanup(self.pendant.host.close)
+        self.add_cleanup(self.pendant.unplug)
 
     def ask(self, request):
         self.pendant.submit(1, request, length=int.from_bytes(request[6:8], 'little'))
@@ -63,55 +64,55 @@ class Usb(unittest.TestCase):
 
     def test_device_descriptor(self):
         _, _, status, actual, data = self.ask(control(0x80, 6, 0x0100, 0, 64))
-        self.assertEqual((status, actual), (0, 18))
-        self.assertEqual(struct.unpack_from('<HH', data, 8), (0x10CE, 0xEB70))
-        self.assertEqual(tuple(data[14:18]), (1, 0, 0, 1))      # manufacturer only
-        self.assertEqual(self.ask(control(0x80, 6, 0x0100, 0, 8))[4], data[:8])
+        assert (status, actual) == (0, 18)
+        assert struct.unpack_from('<HH', data, 8) == (0x10CE, 0xEB70)
+        assert tuple(data[14:18]) == (1, 0, 0, 1)      # manufacturer only
+        assert self.ask(control(0x80, 6, 0x0100, 0, 8))[4] == data[:8]
 
     def test_configuration(self):
         data = self.ask(control(0x80, 6, 0x0200, 0, 255))[4]
-        self.assertEqual(len(data), int.from_bytes(data[2:4], 'little'))
-        self.assertEqual(data[4], 1)                            # one interface
-        self.assertEqual(data[9:18].hex(), '090400000103000000')
-        self.assertEqual(int.from_bytes(data[25:27], 'little'), 46)
-        self.assertEqual(data[27:].hex(), '07058103400002')     # one endpoint, 0x81
+        assert len(data) == int.from_bytes(data[2:4], 'little')
+        assert data[4] == 1                            # one interface
+        assert data[9:18].hex() == '090400000103000000'
+        assert int.from_bytes(data[25:27], 'little') == 46
+        assert data[27:].hex() == '07058103400002'     # one endpoint, 0x81
 
     def test_strings(self):
-        self.assertEqual(self.ask(control(0x80, 6, 0x0300, 0, 255))[4].hex(), '04030904')
+        assert self.ask(control(0x80, 6, 0x0300, 0, 255))[4].hex() == '04030904'
         data = self.ask(control(0x80, 6, 0x0301, 0x0409, 255))[4]
-        self.assertEqual(data[2:].decode('utf-16-le'), 'KTURT.LTD')
-        self.assertEqual(self.ask(control(0x80, 6, 0x0302, 0x0409, 255))[2], -errno.EPIPE)
+        assert data[2:].decode('utf-16-le') == 'KTURT.LTD'
+        assert self.ask(control(0x80, 6, 0x0302, 0x0409, 255))[2] == -errno.EPIPE
 
     def test_report_descriptor(self):
         data = self.ask(control(0x81, 6, 0x2200, 0, 46))[4]
-        self.assertEqual(data, models.REPORT_DESCRIPTOR)
+        assert data == models.REPORT_DESCRIPTOR
 
     def test_unknown_requests_stall(self):
         for request in (control(0x80, 6, 0x0600, 0, 10), control(0xC0, 1, 0, 0, 8),
                         control(0xA1, 1, 0x0306, 0, 8)):
-            self.assertEqual(self.ask(request)[2], -errno.EPIPE)
+            assert self.ask(request)[2] == -errno.EPIPE
 
     def test_input_report_after_poll(self):
         self.pendant.submit(5, endpoint=1, inbound=True, length=64)
-        self.assertTrue(self.pendant.polled.wait(3))
+        assert self.pendant.polled.wait(3)
         self.pendant.report(b'\x04\x01\x00\x11\x00\x17')
-        self.assertEqual(self.pendant.answer(True), (3, 5, 0, 6, b'\x04\x01\x00\x11\x00\x17'))
+        assert self.pendant.answer(True) == (3, 5, 0, 6, b'\x04\x01\x00\x11\x00\x17')
 
     def test_input_report_before_poll(self):
         self.pendant.report(b'123456')
         self.pendant.report(b'abcdef')
-        self.assertEqual(self.pendant.pending(), 2)
+        assert self.pendant.pending() == 2
         for seqnum, data in ((6, b'123456'), (7, b'abcdef')):
             self.pendant.submit(seqnum, endpoint=1, inbound=True, length=64)
-            self.assertEqual(self.pendant.answer(True), (3, seqnum, 0, 6, data))
+            assert self.pendant.answer(True) == (3, seqnum, 0, 6, data)
 
     def test_unlink_of_a_poll(self):
         self.pendant.submit(8, endpoint=1, inbound=True, length=64)
         self.pendant.polled.wait(3)
         self.pendant.unlink(9, 8)
-        self.assertEqual(self.pendant.answer()[:3], (4, 9, -errno.ECONNRESET))
+        assert self.pendant.answer()[:3] == (4, 9, -errno.ECONNRESET)
         self.pendant.unlink(10, 8)
-        self.assertEqual(self.pendant.answer()[:3], (4, 10, 0))
+        assert self.pendant.answer()[:3] == (4, 10, 0)
 
     def chunk(self, seqnum, part=bytes(7)):
         self.pendant.submit(seqnum, SET_CHUNK, b'\x06' + part)
@@ -119,66 +120,66 @@ class Usb(unittest.TestCase):
     def test_set_report(self):
         for seqnum, part in enumerate(chunks(frame(HB04, day=9)), 20):
             self.chunk(seqnum, part)
-            self.assertEqual(self.pendant.answer(), (3, seqnum, 0, 8, b''))
-        self.assertTrue(self.pendant.wait_frames(1, 3))
-        self.assertEqual(self.pendant.lcd.day, 9)
-        self.assertEqual({(r.wvalue, r.windex, len(r.data)) for r in self.pendant.set_reports},
-                         {(0x0306, 0, 8)})
+            assert self.pendant.answer() == (3, seqnum, 0, 8, b'')
+        assert self.pendant.wait_frames(1, 3)
+        assert self.pendant.lcd.day == 9
+        assert {(r.wvalue, r.windex, len(r.data)) for r in self.pendant.set_reports} == \
+                         {(0x0306, 0, 8)}
 
     def test_stall(self):
         self.pendant.fault = 'stall'
         self.chunk(30)
-        self.assertEqual(self.pendant.answer()[:3], (3, 30, -errno.EPIPE))
+        assert self.pendant.answer()[:3] == (3, 30, -errno.EPIPE)
 
     def test_slow(self):
         self.pendant.fault = 'slow:100'
         start = time.monotonic()
         self.chunk(31)
-        self.assertEqual(self.pendant.answer()[:4], (3, 31, 0, 8))
-        self.assertGreaterEqual(time.monotonic() - start, 0.09)
+        assert self.pendant.answer()[:4] == (3, 31, 0, 8)
+        assert time.monotonic() - start >= 0.09
 
     def test_timeout_and_unlink(self):
         self.pendant.fault = 'timeout'
         self.chunk(32)
         self.pendant.unlink(33, 32)
-        self.assertEqual(self.pendant.answer()[:3], (4, 33, -errno.ECONNRESET))
+        assert self.pendant.answer()[:3] == (4, 33, -errno.ECONNRESET)
 
     def test_slow_answer_after_unlink_is_dropped(self):
         self.pendant.fault = 'slow:100'
         self.chunk(34)
         self.pendant.unlink(35, 34)
-        self.assertEqual(self.pendant.answer()[:2], (4, 35))
+        assert self.pendant.answer()[:2] == (4, 35)
         time.sleep(0.15)
         self.pendant.host.setblocking(False)
-        with self.assertRaises(BlockingIOError):
+        with pytest.raises(BlockingIOError):
             self.pendant.host.recv(1)
 
     def test_cable_cut_in_mid_transfer(self):
         self.pendant.set_fault('unplug', skip=2)
         for seqnum in (40, 41):
             self.chunk(seqnum)
-            self.assertEqual(self.pendant.answer()[:3], (3, seqnum, 0))
+            assert self.pendant.answer()[:3] == (3, seqnum, 0)
         self.chunk(42)
-        with self.assertRaises(EOFError):
+        with pytest.raises(EOFError):
             self.pendant.answer()
-        self.assertFalse(self.pendant.plugged)
+        assert not self.pendant.plugged
 
     def test_no_controller(self):
         if not os.path.exists(usb.VHCI):
-            with self.assertRaises(pendant.NoDevice):
+            with pytest.raises(pendant.NoDevice):
                 usb.UsbPendant().plug()
 
 
-class Uhid(unittest.TestCase):
+class TestUhid(Case):
     def test_create_event(self):
         event = uhid.UhidPendant('HB03').create_event()
-        self.assertEqual(len(event), 4 + 128 + 64 + 64 + 2 + 2 + 4 * 4 + 4096)
-        self.assertEqual(struct.unpack_from('<HHII', event, 260), (46, 3, 0x10CE, 0xEB6E))
-        self.assertEqual(event[280:280 + 46], models.REPORT_DESCRIPTOR)
+        assert len(event) == 4 + 128 + 64 + 64 + 2 + 2 + 4 * 4 + 4096
+        assert struct.unpack_from('<HHII', event, 260) == (46, 3, 0x10CE, 0xEB6E)
+        assert event[280:280 + 46] == models.REPORT_DESCRIPTOR
 
     def test_phys_tells_pendants_apart(self):
-        self.assertNotEqual(uhid.UhidPendant().phys, uhid.UhidPendant().phys)
+        assert uhid.UhidPendant().phys != uhid.UhidPendant().phys
 
     def test_report_while_unplugged(self):
-        with self.assertRaises(OSError):
+        with pytest.raises(OSError):
             uhid.UhidPendant().report(b'\4')

@@ -13,15 +13,16 @@ import sys
 import tempfile
 import threading
 import time
-import unittest
+import pytest
+from case import Case, row
 
 from busless_pendant import HB03, HB04, PRODUCT, Bench, frame
 from xhc_sim import VERSION, cli, pendant, terminal
 from xhc_sim.script import COMMANDS, EXPECT_FIELDS, Failure, Runner, ScriptError
 
 
-class Scripts(unittest.TestCase):
-    def setUp(self):
+class TestScripts(Case):
+    def set_up(self):
         self.bench = Bench()
         self.bench.plug()
         self.said = []
@@ -34,17 +35,17 @@ class Scripts(unittest.TestCase):
     def test_hands(self):
         self.run_text('key Goto zero down\nkey 0x17 down\nkey goto ZERO up\n'
                       'select x\nwheel -3\nsleep\nwake\nreport 04 00')
-        self.assertEqual([r.hex() for r in self.bench.reports], [
+        assert [r.hex() for r in self.bench.reports] == [
             '040100000001', '040117000001', '041700000017', '041700110017', '04170011fd17',
-            '040000000000', '040000110000', '0400'])
+            '040000000000', '040000110000', '0400']
 
     def test_press(self):
         self.run_text('key Reset press')
-        self.assertEqual([r[1] for r in self.bench.reports], [0x17, 0])
+        assert [r[1] for r in self.bench.reports] == [0x17, 0]
 
     def test_comments_and_quit(self):
         self.run_text('# nothing\n\n  echo one two\nquit\necho three')
-        self.assertEqual(self.said, ['one two'])
+        assert self.said == ['one two']
 
     def test_expect(self):
         self.bench.send(frame(HB04, [(220, 3340 | 0x8000)] + [(0, 0)] * 5, step=8, state=0x81))
@@ -52,11 +53,11 @@ class Scripts(unittest.TestCase):
                       'expect frames 1\nexpect faults none\nexpect awake yes\n'
                       'expect selector off\nexpect model hb04\n'
                       'expect position -220.334 0 0 0 0.0 -0')
-        with self.assertRaisesRegex(Failure, 'script:1: expect step 5: it is 100'):
+        with pytest.raises(Failure, match='script:1: expect step 5: it is 100'):
             self.run_text('expect step 5')
 
     def test_expect_on_a_blank_display(self):
-        with self.assertRaises(Failure):
+        with pytest.raises(Failure):
             self.run_text('expect work_x 0')
 
     def test_expect_waits(self):
@@ -67,12 +68,12 @@ class Scripts(unittest.TestCase):
     def test_faults(self):
         self.run_text('fault stall 0 2')
         self.bench.send(frame(HB04))
-        self.assertEqual([r.status for r in self.bench.set_reports],
-                         [-errno.EPIPE] * 2 + [0] * 4)
+        assert [r.status for r in self.bench.set_reports] == \
+                         [-errno.EPIPE] * 2 + [0] * 4
 
     def test_cable(self):
         self.run_text('unplug')
-        with self.assertRaisesRegex(Failure, 'unplugged'):
+        with pytest.raises(Failure, match='unplugged'):
             self.run_text('wheel 1')
         self.run_text('plug\nwheel 1')
 
@@ -82,27 +83,27 @@ class Scripts(unittest.TestCase):
                      'expect colour red', 'expect work_x', 'expect work_x one',
                      'expect position 1 2', 'fault', 'fault fire', 'fault stall -1', 'sleep now',
                      'lcd 2', 'quit 1', 'plug 2', '_parse', 'count 1'):
-            with self.subTest(line), self.assertRaises(ScriptError):
+            with row(line), pytest.raises(ScriptError):
                 self.run_text(line)
 
     def test_nothing_runs_if_a_line_is_wrong(self):
-        with self.assertRaises(ScriptError):
+        with pytest.raises(ScriptError):
             self.run_text('wheel 1\nbroken')
-        self.assertEqual(self.bench.reports, [])
+        assert self.bench.reports == []
 
     def test_every_documented_command_parses(self):
         names = {name for form, _ in COMMANDS for name in
                  (part.split()[0] for part in form.split(', '))}
         known = {name[len('_parse_'):] for name in dir(Runner) if name.startswith('_parse_')}
-        self.assertEqual(names, known | {'quit'})
+        assert names == known | {'quit'}
 
     def test_idle_pendant_falls_asleep_while_waiting(self):
         self.bench.pendant.quiet_since -= 60
         self.run_text('wait 150\nexpect awake no')
-        self.assertEqual(self.bench.reports, [pendant.SLEEP_REPORT])
+        assert self.bench.reports == [pendant.SLEEP_REPORT]
 
 
-class CommandLine(unittest.TestCase):
+class TestCommandLine(Case):
     def call(self, *arguments, device=None, text=None):
         """-> (exit status, stdout, stderr)"""
         out, err = io.StringIO(), io.StringIO()
@@ -121,73 +122,73 @@ class CommandLine(unittest.TestCase):
         return status, out.getvalue(), err.getvalue()
 
     def test_version(self):
-        self.assertEqual(self.call('--version')[:2], (0, 'xhc-sim %s\n' % VERSION))
+        assert self.call('--version')[:2] == (0, 'xhc-sim %s\n' % VERSION)
 
     def test_usage_errors(self):
         for arguments in (['--no-such'], ['--model', 'HB99'], [], ['--json'],
                           ['--script', '/does/not/exist'], ['--timeout', '-1'], ['surplus']):
-            self.assertEqual(self.call(*arguments)[0], 2, arguments)
+            assert self.call(*arguments)[0] == 2, arguments
 
     def test_list_keys(self):
         for model in (HB03, HB04):
             status, out, _ = self.call('--list-keys', '--model', model.name.lower())
-            self.assertEqual(status, 0)
+            assert status == 0
             for code, name in model.keys.items():
-                self.assertIn('0x%02x  %s\n' % (code, name), out)
+                assert '0x%02x  %s\n' % (code, name) in out
             for name, code in model.selector.items():
-                self.assertIn('0x%02x  %s\n' % (code, name), out)
+                assert '0x%02x  %s\n' % (code, name) in out
 
     def test_script_from_stdin(self):
         status, out, _ = self.call('--script', '-', device=Bench(), text='echo hello\nlcd\n')
-        self.assertEqual(status, 0)
-        self.assertTrue(out.startswith('hello\n+- HB04 -'))
+        assert status == 0
+        assert out.startswith('hello\n+- HB04 -')
 
     def test_script_from_file(self):
         with tempfile.NamedTemporaryFile('w', suffix='.xhc') as file:
             file.write('wheel 1\nexpect frames 7\n')
             file.flush()
             status, _, err = self.call('-t', '10', '-s', file.name, device=Bench())
-        self.assertEqual(status, 1)
-        self.assertIn(':2: expect frames 7: it is 0', err)
+        assert status == 1
+        assert ':2: expect frames 7: it is 0' in err
 
     def test_bad_script(self):
-        self.assertEqual(self.call('-s', '-', device=Bench(), text='jump')[0], 2)
+        assert self.call('-s', '-', device=Bench(), text='jump')[0] == 2
 
     def test_no_device(self):
         class Nothing(Bench):
             def plug(self):
                 raise pendant.NoDevice(errno.ENOENT, 'No such file', '/dev/uhid')
         status, _, err = self.call('-s', '-', device=Nothing())
-        self.assertEqual((status, err), (3, 'xhc-sim: /dev/uhid: No such file\n'))
+        assert (status, err) == (3, 'xhc-sim: /dev/uhid: No such file\n')
 
     def test_json(self):
         bench = Bench()
         bench.turn = lambda detents: bench.send(frame(HB04, step=3))    # a frame, when turned
         status, out, _ = self.call('-j', '-s', '-', device=bench, text='lcd\nwheel 1\nlcd\n')
-        self.assertEqual(status, 0)
+        assert status == 0
         blank, first, second = [json.loads(line) for line in out.splitlines()]
-        self.assertIsNone(blank['lcd'])
-        self.assertEqual((first['event'], second['event']), ('frame', 'lcd'))
-        self.assertEqual((first['schema'], first['model'], first['frames']), (1, 'HB04', 1))
-        self.assertEqual((first['lcd'], first['lcd']['step']), (second['lcd'], 10))
+        assert blank['lcd'] is None
+        assert (first['event'], second['event']) == ('frame', 'lcd')
+        assert (first['schema'], first['model'], first['frames']) == (1, 'HB04', 1)
+        assert (first['lcd'], first['lcd']['step']) == (second['lcd'], 10)
 
 
-class Screen(unittest.TestCase):
+class TestScreen(Case):
     """The interactive mode on a pseudo terminal."""
 
-    def setUp(self):
+    def set_up(self):
         self.bench = Bench()
         self.bench.plug()
         self.master, self.slave = pty.openpty()
-        self.addCleanup(os.close, self.master)
-        self.addCleanup(os.close, self.slave)
+        self.add_cleanup(os.close, self.master)
+        self.add_cleanup(os.close, self.slave)
         self.terminal = terminal.Terminal(self.bench, self.slave, self.slave)
 
     def test_every_key_has_a_letter(self):
         for model in (HB03, HB04):
             caps = terminal.Terminal(Bench(model.name)).caps
-            self.assertEqual(sorted(caps.values()), sorted(model.keys))
-            self.assertFalse(set(caps) & set('suq'))
+            assert sorted(caps.values()) == sorted(model.keys)
+            assert not set(caps) & set('suq')
 
     def test_fits_80x24(self):
         for model in ('HB03', 'HB04'):
@@ -197,48 +198,48 @@ class Screen(unittest.TestCase):
             screen = terminal.Terminal(bench)
             screen.message = 'x' * 200
             picture = screen.picture()
-            self.assertLessEqual(len(picture), 24)
-            self.assertLessEqual(max(map(len, picture)), 80)
+            assert len(picture) <= 24
+            assert max(map(len, picture)) <= 80
             for name in bench.model.keys.values():
-                self.assertTrue(any(name in line for line in picture), name)
+                assert any(name in line for line in picture), name
 
     def test_split_keys(self):
-        self.assertEqual(terminal.split_keys('a\x1b[C\x1b[5~q'), ['a', '\x1b[C', '\x1b[5~', 'q'])
-        self.assertEqual(terminal.split_keys('\x1bx'), ['\x1b', 'x'])
+        assert terminal.split_keys('a\x1b[C\x1b[5~q') == ['a', '\x1b[C', '\x1b[5~', 'q']
+        assert terminal.split_keys('\x1bx') == ['\x1b', 'x']
 
     def test_keys(self):
         for key in ('\x1b[C', '\x1b[D', '\x1b[A', '\x1b[A', '\x1b[B'):
             self.terminal.key(key)
-        self.assertEqual([(r[4], r[3]) for r in self.bench.reports],
-                         [(1, 0), (255, 0), (0, 0x11), (0, 0x12), (0, 0x11)])
+        assert [(r[4], r[3]) for r in self.bench.reports] == \
+                         [(1, 0), (255, 0), (0, 0x11), (0, 0x12), (0, 0x11)]
 
     def test_hold_and_click(self):
         self.terminal.key('A')
-        self.assertEqual(self.bench.pendant.slots, [1, 0])
+        assert self.bench.pendant.slots == [1, 0]
         self.terminal.key('b')
-        self.assertEqual(self.bench.pendant.slots, [1, 2])
+        assert self.bench.pendant.slots == [1, 2]
         time.sleep(terminal.CLICK)
         self.terminal.passing()
-        self.assertEqual(self.bench.pendant.slots, [1, 0])
+        assert self.bench.pendant.slots == [1, 0]
         self.terminal.key('A')
-        self.assertEqual(self.bench.pendant.slots, [0, 0])
+        assert self.bench.pendant.slots == [0, 0]
 
     def test_sleep_cable_fault(self):
         self.terminal.key('s')
-        self.assertFalse(self.bench.pendant.awake)
+        assert not self.bench.pendant.awake
         self.terminal.key('s')
-        self.assertTrue(self.bench.pendant.awake)
+        assert self.bench.pendant.awake
         self.terminal.key('u')
-        self.assertFalse(self.bench.plugged)
+        assert not self.bench.plugged
         count = len(self.bench.reports)
         self.terminal.key('a')
-        self.assertEqual(len(self.bench.reports), count)
-        self.assertIn('unplugged', self.terminal.message)
+        assert len(self.bench.reports) == count
+        assert 'unplugged' in self.terminal.message
         self.terminal.key('u')
-        self.assertTrue(self.bench.plugged)
+        assert self.bench.plugged
         for fault in ('stall', 'timeout', 'none'):
             self.terminal.key('!')
-            self.assertEqual(self.bench.fault, fault)
+            assert self.bench.fault == fault
 
     def test_run_until_q(self):
         thread = threading.Thread(target=self.terminal.run, daemon=True)
@@ -251,16 +252,16 @@ class Screen(unittest.TestCase):
         while b'\x1b[?25h' not in text and time.monotonic() < deadline:
             text += os.read(self.master, 4096)
         thread.join(3)
-        self.assertFalse(thread.is_alive())
-        self.assertIn(b'HB04 10ce:eb70', text)
-        self.assertEqual(self.bench.reports[0][4], 1)
+        assert not thread.is_alive()
+        assert b'HB04 10ce:eb70' in text
+        assert self.bench.reports[0][4] == 1
 
 
-class Manual(unittest.TestCase):
+class TestManual(Case):
     """The manual page says what --help says."""
 
     @classmethod
-    def setUpClass(cls):
+    def setup_class(cls):
         with open(os.path.join(PRODUCT, 'xhc-sim.1'), encoding='utf-8') as page:
             cls.page = page.read()
         cls.help = cli.make_parser().format_help()
@@ -269,22 +270,22 @@ class Manual(unittest.TestCase):
         shorts = set(re.findall(r'(?:^|[ ,\[])-(\w)\b', self.help))
         longs = set(re.findall(r'--([a-z-]+)', self.help))
         page = self.page.replace('\\-', '-')
-        self.assertEqual(set(re.findall(r'^\.It Fl (\w) ', page, re.M)), shorts)
-        self.assertEqual(set(re.findall(r'^\.It Fl \w [^\n]*Fl -([a-z-]+)', page, re.M)),
+        assert set(re.findall(r'^\.It Fl (\w) ', page, re.M)) == shorts
+        assert set(re.findall(r'^\.It Fl \w [^\n]*Fl -([a-z-]+)', page, re.M)) == \
                          longs & {'help', 'model', 'usb', 'script', 'json', 'timeout',
-                                  'list-keys', 'version'})
-        self.assertEqual(len(shorts), 8)
+                                  'list-keys', 'version'}
+        assert len(shorts) == 8
 
     def test_commands_and_fields(self):
         for form, _ in COMMANDS:
             for part in form.split(', '):
-                self.assertRegex(self.page, r'(?m)^\.It (Ic|Cm) ([a-z]+ , )?%s\b'
-                                 % part.split()[0])
+                assert re.search(r'(?m)^\.It (Ic|Cm) ([a-z]+ , )?%s\b' \
+                                 % part.split()[0], self.page)
         for field in EXPECT_FIELDS:
-            self.assertRegex(self.page, r'\b%s\b' % field)
+            assert re.search(r'\b%s\b' % field, self.page)
 
     def test_faults_and_statuses(self):
         for kind in pendant.Fault.KINDS:
-            self.assertRegex(self.page, r'(?m)^\.It Cm %s\b' % kind)
+            assert re.search(r'(?m)^\.It Cm %s\b' % kind, self.page)
         for status in (cli.OK, cli.FAILED, cli.USAGE, cli.NO_DEVICE):
-            self.assertRegex(self.page, r'(?m)^\.It %d$' % status)
+            assert re.search(r'(?m)^\.It %d$' % status, self.page)

@@ -9,7 +9,6 @@ import shutil
 import subprocess
 import sys
 import tempfile
-import unittest
 
 
 HERE = os.path.dirname(os.path.realpath(__file__))
@@ -26,13 +25,13 @@ class Tool:
     name = None
 
     @classmethod
-    def setUpClass(cls):
+    def setup_class(cls):
         cls.dir = tempfile.mkdtemp()
         subprocess.run(['make', '-s', '-C', SOURCE, 'O=' + cls.dir, 'CFLAGS=-O2 -Werror'],
                        check=True, stdout=sys.stderr)
 
     @classmethod
-    def tearDownClass(cls):
+    def teardown_class(cls):
         shutil.rmtree(cls.dir)
 
     def at(self, *path):
@@ -43,12 +42,12 @@ class Tool:
 
     def verbs(self):
         found = re.findall(r'^  ([a-z]+) +\S', self.help(), re.M)
-        self.assertGreater(len(found), 5)
+        assert len(found) > 5
         return found
 
     def options(self, verb):
         found = OPTION.findall(self.help(verb))
-        self.assertGreater(len(found), 3)
+        assert len(found) > 3
         return found
 
     # --- manual pages ---
@@ -57,23 +56,23 @@ class Tool:
         return re.sub('.\b', '', output('mandoc', '-T', 'ascii', self.at(self.name + '.1')))
 
     def test_page_is_clean(self):
-        self.assertEqual(output('mandoc', '-T', 'lint', '-W', 'warning',
-                                self.at(self.name + '.1')), '')
+        assert output('mandoc', '-T', 'lint', '-W', 'warning',
+                                self.at(self.name + '.1')) == ''
 
     def test_page_has_all_verbs_and_options(self):
         page = self.page()
         common = page[page.index('\nOPTIONS\n'):page.index('\nVERBS\n')]
         parts = re.split(r'^   ([a-z]+)$', page[page.index('\nVERBS\n'):], flags=re.M)
         texts = dict(zip(parts[1::2], parts[2::2]))
-        self.assertEqual(list(texts), self.verbs())
+        assert list(texts) == self.verbs()
         for verb, text in texts.items():
-            self.assertIn('%s %s' % (self.name, verb), page)
+            assert '%s %s' % (self.name, verb) in page
             for option in self.options(verb):
-                self.assertIn(option, common + text, verb)
+                assert option in common + text, verb
 
     def test_page_has_all_exit_statuses(self):
         for status in '0123':
-            self.assertRegex(self.page(), r'(?m)^ +%s +[A-Z]' % status)
+            assert re.search(r'(?m)^ +%s +[A-Z]' % status, self.page())
 
     # --- bash ---
 
@@ -85,16 +84,16 @@ class Tool:
         return output('bash', '-c', script, 'bash', self.name, *words).split()
 
     def test_bash_offers_verbs(self):
-        self.assertGreaterEqual(set(self.complete('')), set(self.verbs()))
+        assert set(self.complete('')) >= set(self.verbs())
         for verb in self.verbs():
-            self.assertIn(verb, self.complete(verb[:2]))
+            assert verb in self.complete(verb[:2])
 
     def test_bash_offers_options(self):
         for verb in self.verbs():
-            self.assertGreaterEqual(set(self.complete(verb, '--')), set(self.options(verb)))
+            assert set(self.complete(verb, '--')) >= set(self.options(verb))
 
     def test_bash_is_clean(self):
-        self.assertEqual(output('shellcheck', '-s', 'bash', self.at('bash', self.name)), '')
+        assert output('shellcheck', '-s', 'bash', self.at('bash', self.name)) == ''
 
     # --- zsh ---
 
@@ -102,36 +101,36 @@ class Tool:
         subprocess.run(['zsh', '-n', self.at('zsh', '_' + self.name)], check=True)
         script = ('fpath=(%s $fpath); autoload -Uz compinit; compinit -D -u; '
                   'print ${_comps[%s]}' % (self.at('zsh'), self.name))
-        self.assertEqual(output('zsh', '-f', '-c', script), '_%s\n' % self.name)
+        assert output('zsh', '-f', '-c', script) == '_%s\n' % self.name
 
     def test_zsh_has_all_verbs_and_options(self):
         with open(self.at('zsh', '_' + self.name), encoding='ascii') as file:
             text = file.read()
         for verb in self.verbs():
-            self.assertRegex(text, r"(?m)^\t\t'%s:" % verb)
+            assert re.search(r"(?m)^\t\t'%s:" % verb, text)
             case = re.search(r'^\t\t%s\) _arguments (.*?) ;;$' % verb, text, re.M | re.S).group(1)
             for option in self.options(verb):
-                self.assertIn(option, case, verb)
+                assert option in case, verb
 
 
-class Xhcctl(Tool, unittest.TestCase):
+class TestXhcctl(Tool):
     name = 'xhcctl'
 
 
-class Xy3ctl(Tool, unittest.TestCase):
+class TestXy3ctl(Tool):
     name = 'xy3ctl'
 
     def test_bash_offers_values(self):
-        self.assertEqual(self.complete('stream', '--bits', ''), ['24', '32'])
-        self.assertEqual(self.complete('stream', '--bits', '=', '3'), ['32'])
-        self.assertIn('circle', self.complete('stream', 'ci'))
-        self.assertEqual(self.complete('command', 'cal'), ['calibrate'])
-        self.assertEqual(self.complete('watch', '--count', ''), [])
+        assert self.complete('stream', '--bits', '') == ['24', '32']
+        assert self.complete('stream', '--bits', '=', '3') == ['32']
+        assert 'circle' in self.complete('stream', 'ci')
+        assert self.complete('command', 'cal') == ['calibrate']
+        assert self.complete('watch', '--count', '') == []
 
     def test_bash_offers_files(self):
         before = os.getcwd()
         os.chdir(os.path.join(SOURCE, self.name))
         try:
-            self.assertIn('schema.json', self.complete('packets', 'sch'))
+            assert 'schema.json' in self.complete('packets', 'sch')
         finally:
             os.chdir(before)

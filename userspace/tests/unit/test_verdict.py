@@ -4,7 +4,7 @@
 import contextlib
 import io
 import tempfile
-import unittest
+from case import Case, row
 from pathlib import Path
 
 import verdict
@@ -34,10 +34,10 @@ a test says BUG: this is not the kernel's word
 '''
 
 
-class VerdictTest(unittest.TestCase):
-    def setUp(self):
+class TestVerdict(Case):
+    def set_up(self):
         folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
+        self.add_cleanup(folder.cleanup)
         self.out = Path(folder.name)
         self.leave('end', 'ok\n')
         self.leave('status', '0\n')
@@ -60,19 +60,19 @@ class VerdictTest(unittest.TestCase):
 
     def assert_refused(self, why, **arguments):
         (_, failed), said = self.judge(**arguments)
-        self.assertGreater(failed, 0, said)
-        self.assertIn(why, said)
+        assert failed > 0, said
+        assert why in said
 
     def test_good_run_is_accepted(self):
         counts, said = self.judge()
-        self.assertEqual(counts, (3, 0), said)
+        assert counts == (3, 0), said
 
     def test_plain_kernel(self):
         """It has neither lockdep nor kmemleak; all else counts."""
         for name in ('lockdep', 'kmemleak'):
             (self.out / name).unlink()
         counts, said = self.judge(plain=True)
-        self.assertEqual(counts, (3, 0), said)
+        assert counts == (3, 0), said
         self.leave('tainted', str(1 << 9) + '\n')
         self.assert_refused('taint', plain=True)
         self.leave('tainted', '0\n')
@@ -99,10 +99,10 @@ class VerdictTest(unittest.TestCase):
 
     def test_cut_off(self):
         for lines in range(len(GOOD.splitlines())):
-            with self.subTest(lines=lines):
+            with row(lines=lines):
                 self.leave('ktap/some.ktap', '\n'.join(GOOD.splitlines()[:lines]))
                 (_, failed), said = self.judge()
-                self.assertGreater(failed, 0, said)
+                assert failed > 0, said
 
     def test_case_twice(self):
         self.leave('ktap/some.ktap', GOOD.replace('    ok 1 first\n', '    ok 1 first\n' * 2))
@@ -139,11 +139,11 @@ class VerdictTest(unittest.TestCase):
 
     def test_what_a_run_did_not_record(self):
         for name in ('end', 'status', 'console.log', 'tainted', 'lockdep', 'kmemleak'):
-            with self.subTest(name=name):
-                self.setUp()
+            with row(name=name):
+                self.set_up()
                 (self.out / name).unlink()
                 (_, failed), said = self.judge()
-                self.assertGreater(failed, 0, said)
+                assert failed > 0, said
 
     def test_console_reports(self):
         for text in ('BUG: KASAN: slab-use-after-free in f+0x1/0x2',
@@ -158,7 +158,7 @@ class VerdictTest(unittest.TestCase):
                      'rcu: INFO: rcu_sched self-detected stall on CPU',
                      'sysfs: cannot create duplicate filename \'/class/x\'',
                      'Kernel panic - not syncing: Segfault'):
-            with self.subTest(text=text):
+            with row(text=text):
                 self.leave('console.log', GOOD_CONSOLE + f'[   12.345678] {text}\r\n')
                 self.assert_refused(f'console: {text}')
 

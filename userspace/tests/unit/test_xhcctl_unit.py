@@ -11,7 +11,7 @@ import re
 import stat
 import subprocess
 import tempfile
-import unittest
+import case
 
 from busless_pendant import models
 from tool import FAILURE, NO_DEVICE, OK, SOURCE, USAGE
@@ -25,7 +25,7 @@ HEAD = 'R: %d %s\nN: KTURT.LTD\nP: usb-1/input0\nI: 3 10ce eb70\n' % (
 REPORTS = 'E: 000000.000000 6 04 01 00 11 00 17\nE: 000001.250000 6 04 00 00 11 fd 16\n'
 
 
-def setUpModule():
+def setup_module():
     out = os.path.realpath(os.path.join(SOURCE, '..', '..', 'build', 'xhcctl-unit'))
     xhcctl.path = os.path.join(out, 'xhcctl')
     subprocess.run(['make', '-s', '-C', SOURCE, 'O=' + out, xhcctl.path,
@@ -33,12 +33,10 @@ def setUpModule():
                    check=True, stdout=subprocess.DEVNULL)
 
 
-class Case(unittest.TestCase):
-    maxDiff = None
-
-    def setUp(self):
+class Case(case.Case):
+    def set_up(self):
         folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
+        self.add_cleanup(folder.cleanup)
         self.folder = folder.name
 
     def file(self, name, content):
@@ -47,24 +45,24 @@ class Case(unittest.TestCase):
             file.write(content if isinstance(content, bytes) else content.encode())
         return path
 
-    def assertSays(self, result, status, *words):
-        self.assertEqual(result.status, status, result.err)
+    def assert_says(self, result, status, *words):
+        assert result.status == status, result.err
         for word in words:
-            self.assertIn(word, result.err)
+            assert word in result.err
         if status != OK:
-            self.assertIn('xhcctl', result.err.split(':')[0])
+            assert 'xhcctl' in result.err.split(':')[0]
 
 
-class Words(Case):
+class TestWords(Case):
     def test_help(self):
         result = run('--help')
-        self.assertEqual((result.status, result.err), (OK, ''))
-        self.assertEqual(tuple(re.findall(r'^  (\w+) +\w', result.out, re.M))[:len(VERBS)], VERBS)
+        assert (result.status, result.err) == (OK, '')
+        assert tuple(re.findall(r'^  (\w+) +\w', result.out, re.M))[:len(VERBS)] == VERBS
         for verb in VERBS:
             result = run(verb, '--help')
-            self.assertEqual((result.status, result.err), (OK, ''))
+            assert (result.status, result.err) == (OK, '')
             for word in ('Usage: xhcctl ' + verb, '--device=DEVICE', '--json'):
-                self.assertIn(word, result.out)
+                assert word in result.out
 
     def test_misuse(self):
         for words in ([], ['frobnicate'], ['--frobnicate'], ['list', '--frobnicate'],
@@ -89,22 +87,22 @@ class Words(Case):
                       ['layout', 'hb03', '--root=/x', '--apply'], ['layout', 'hb03', '-w', '-j'],
                       ['layout', 'none'], ['layout', ''], ['layout', '../hb03'],
                       ['layout', 'hb03/'], ['layout', '.'], ['layout', 'x' * 300]):
-            with self.subTest(words):
+            with case.row(words):
                 result = run(*words)
-                self.assertSays(result, USAGE, '--help')
-                self.assertEqual(result.out, '')
+                self.assert_says(result, USAGE, '--help')
+                assert result.out == ''
 
     def test_a_field_that_is_wrong_is_named(self):
         for words, message in ((['work=1'], 'no field work'), (['step=1', 'step=2'],
                                'step stands there twice'), (['position=', 'work_y=1'],
                                'work_y is a part of position')):
-            self.assertSays(run('set', *words), USAGE, message)
+            self.assert_says(run('set', *words), USAGE, message)
 
     def test_version(self):
-        self.assertRegex(run('--version').out, r'^xhcctl \d+\.\d+\.\d+\ndriver hid_xhc: .+\n$')
+        assert re.search(r'^xhcctl \d+\.\d+\.\d+\ndriver hid_xhc: .+\n$', run('--version').out)
 
 
-class Layouts(Case):
+class TestLayouts(Case):
     def with_layouts(self, *arguments, **files):
         for name, content in files.items():
             self.file(name.replace('_', '-') + '.layout', content)
@@ -112,69 +110,70 @@ class Layouts(Case):
 
     def test_list(self):
         names = sorted(name.removesuffix('.layout') for name in os.listdir(LAYOUTS))
-        self.assertEqual(names, ['hb03', 'hb04-16', 'hb04-18'])
+        assert names == ['hb03', 'hb04-16', 'hb04-18']
         for words in ([], ['list']):
             lines = run('layout', *words).out.splitlines()
-            self.assertEqual([line.split()[0] for line in lines], ['NAME'] + names)
+            assert [line.split()[0] for line in lines] == ['NAME'] + names
         listed = run('layout', '--json').json()[0]['layouts']
-        self.assertEqual([(one['name'], one['keys']) for one in listed],
-                         [('hb03', 18), ('hb04-16', 16), ('hb04-18', 18)])
+        assert [(one['name'], one['keys']) for one in listed] == \
+                         [('hb03', 18), ('hb04-16', 16), ('hb04-18', 18)]
 
     def test_captions_are_those_of_the_virtual_pendants(self):
         for name, model in (('hb03', 'HB03'), ('hb04-18', 'HB04')):
             keys = run('layout', name, '--json').json()[0]['keys']
-            self.assertEqual({key['scan']: key['caption'] for key in keys},
-                             models.MODELS[model].keys)
+            assert {key['scan']: key['caption'] for key in keys} == \
+                             models.MODELS[model].keys
 
     def test_entry(self):
         lines = run('layout', 'hb04-16').out.splitlines()
-        self.assertTrue(lines[0].startswith('# '))
-        self.assertEqual(lines[1:3], ['evdev:input:b0003v10CEpEB70*', ' XHC_LAYOUT=hb04-16'])
+        assert lines[0].startswith('# ')
+        assert lines[1:3] == ['evdev:input:b0003v10CEpEB70*', ' XHC_LAYOUT=hb04-16']
         keys = dict(line.strip().split('=') for line in lines[3:])
-        self.assertEqual(list(keys), ['KEYBOARD_KEY_%02x' % scan for scan in range(1, 0x18)])
-        self.assertEqual(keys['KEYBOARD_KEY_01'], 'stop')
-        self.assertEqual(keys['KEYBOARD_KEY_17'], 'restart')
+        assert list(keys) == ['KEYBOARD_KEY_%02x' % scan for scan in range(1, 0x18)]
+        assert keys['KEYBOARD_KEY_01'] == 'stop'
+        assert keys['KEYBOARD_KEY_17'] == 'restart'
         for scan in (4, 0x16):          # a key without a code; one that these units lack
-            self.assertEqual(keys['KEYBOARD_KEY_%02x' % scan], 'btn_trigger_happy%d' % scan)
+            assert keys['KEYBOARD_KEY_%02x' % scan] == 'btn_trigger_happy%d' % scan
 
     def test_entry_is_as_udev_wants_it(self):
         """Every property behind one blank, every match at the beginning of its line."""
         for name in ('hb03', 'hb04-16', 'hb04-18'):
             for line in run('layout', name).out.splitlines():
-                self.assertRegex(line, r'^(#.*|evdev:input:b0003v10CEpEB(6E|70)\*|'
-                                 r' (XHC_LAYOUT=%s|KEYBOARD_KEY_[0-9a-f]{2}=[a-z0-9_]+))$' % name)
+                assert re.search(
+                    r'^(#.*|evdev:input:b0003v10CEpEB(6E|70)\*|'
+                    r' (XHC_LAYOUT=%s|KEYBOARD_KEY_[0-9a-f]{2}=[a-z0-9_]+))$' % name, line)
 
     def test_captions_alone(self):
         lines = run('layout', 'hb03', '--captions').out.splitlines()
-        self.assertEqual(lines[1:], ['evdev:input:b0003v10CEpEB6E*', ' XHC_LAYOUT=hb03'])
+        assert lines[1:] == ['evdev:input:b0003v10CEpEB6E*', ' XHC_LAYOUT=hb03']
 
     def test_write_and_remove(self):
         path = os.path.join(self.folder, HWDB)
         for name in ('hb04-18', 'hb03'):
             result = run('layout', name, '--write', '--root', self.folder)
-            self.assertSays(result, OK, 'systemd-hwdb update --root=' + self.folder)
+            self.assert_says(result, OK, 'systemd-hwdb update --root=' + self.folder)
             with open(path, encoding='ascii') as file:
-                self.assertEqual(file.read(), run('layout', name).out)
-            self.assertEqual(stat.S_IMODE(os.stat(path).st_mode), 0o644)
-            self.assertEqual(os.listdir(os.path.dirname(path)), [os.path.basename(path)])
+                assert file.read() == run('layout', name).out
+            assert stat.S_IMODE(os.stat(path).st_mode) == 0o644
+            assert os.listdir(os.path.dirname(path)) == [os.path.basename(path)]
         for _ in range(2):              # also when there is none
-            self.assertSays(run('layout', 'default', '-w', '-r', self.folder), OK, 'plugged in')
-            self.assertEqual(os.listdir(os.path.dirname(path)), [])
+            self.assert_says(run('layout', 'default', '-w', '-r', self.folder), OK, 'plugged in')
+            assert os.listdir(os.path.dirname(path)) == []
 
     def test_what_cannot_be_written_leaves_the_old_file(self):
         os.makedirs(os.path.join(self.folder, 'etc/udev'))
         self.file('etc/udev/hwdb.d', 'in the way')
         result = run('layout', 'hb03', '-w', '-r', self.folder)
-        self.assertSays(result, FAILURE, HWDB, 'Not a directory')
+        self.assert_says(result, FAILURE, HWDB, 'Not a directory')
 
     def test_for_one_pendant_it_must_be_there(self):
-        self.assertSays(run('layout', 'hb04-16', '-d', '9'), NO_DEVICE)
+        self.assert_says(run('layout', 'hb04-16', '-d', '9'), NO_DEVICE)
 
     def test_a_layout_of_ones_own(self):
         own = 'title\tMine\nmatch\tevdev:name:x:*\n02\tGo\tKEY_PLAY\n'
         result = self.with_layouts('layout', 'my-own', my_own=own)
-        self.assertIn('evdev:name:x:*\n XHC_LAYOUT=my-own\n', result.out)
-        self.assertIn(' KEYBOARD_KEY_02=play\n', result.out)
+        assert 'evdev:name:x:*\n XHC_LAYOUT=my-own\n' in result.out
+        assert ' KEYBOARD_KEY_02=play\n' in result.out
 
     def test_files_that_make_no_sense(self):
         head = 'title\tT\nmatch\tM\n'
@@ -192,22 +191,22 @@ class Layouts(Case):
                 (3, head + '01\tA\x1b[m\t-\n', 'ASCII'), (3, head + '01\tA\tKEY_NONE\n', 'no such'),
                 (3, head + '01\tA\t\n', 'no such'), (3, head + '01\tA\tREL_X\n', 'no such'),
                 (3, head + '01\t' + 'x' * 300 + '\t-\n', 'too long')):
-            with self.subTest(content[:60]):
+            with case.row(content[:60]):
                 result = self.with_layouts('layout', 'bad', bad=content)
-                self.assertSays(result, FAILURE, '/bad.layout:%d: ' % line, why)
-                self.assertEqual(result.out, '')
-        self.assertSays(self.with_layouts('layout', 'bad', bad=head), FAILURE, 'no keys')
+                self.assert_says(result, FAILURE, '/bad.layout:%d: ' % line, why)
+                assert result.out == ''
+        self.assert_says(self.with_layouts('layout', 'bad', bad=head), FAILURE, 'no keys')
         listed = self.with_layouts('layout', bad='x\n', good=head + '01\tA\t-\n')
-        self.assertSays(listed, FAILURE, 'bad.layout:1: ')
-        self.assertIn('good', listed.out)
+        self.assert_says(listed, FAILURE, 'bad.layout:1: ')
+        assert 'good' in listed.out
 
     def test_no_layouts(self):
         result = run('layout', env=environment(XHC_LAYOUTS=self.folder))
         if not os.path.isdir('/usr/local/share/xhc-xy3/layouts'):
-            self.assertSays(result, FAILURE, 'no layouts')
+            self.assert_says(result, FAILURE, 'no layouts')
 
 
-class Recordings(Case):
+class TestRecordings(Case):
     def check(self, content, *more):
         return run('replay', '--check', *more, self.file('recording', content))
 
@@ -216,24 +215,24 @@ class Recordings(Case):
                                  ((HEAD + REPORTS).replace('\n', '\r\n'), 2),
                                  ((HEAD + REPORTS).rstrip('\n'), 2),
                                  (HEAD + REPORTS + '#' + 'x' * 9000 + '\n', 2)):
-            with self.subTest(content[:20]):
+            with case.row(content[:20]):
                 result = self.check(content, '--json')
-                self.assertSays(result, OK)
-                self.assertEqual(result.json()[0]['reports'], reports)
-        self.assertEqual(self.check(HEAD + REPORTS).out,
-                         '0 of 2 reports sent, the recording is whole\n')
+                self.assert_says(result, OK)
+                assert result.json()[0]['reports'] == reports
+        assert self.check(HEAD + REPORTS).out == \
+                         '0 of 2 reports sent, the recording is whole\n'
 
     def test_standard_input(self):
-        self.assertSays(run('replay', '-c', '-', text=HEAD), OK)
-        self.assertSays(run('replay', '-c', '-', text='x'), FAILURE, '-:1: ')
+        self.assert_says(run('replay', '-c', '-', text=HEAD), OK)
+        self.assert_says(run('replay', '-c', '-', text='x'), FAILURE, '-:1: ')
 
     def test_no_file(self):
-        self.assertSays(run('replay', self.folder + '/none'), FAILURE, 'No such file')
-        self.assertSays(run('replay', self.folder), FAILURE, 'Is a directory')
+        self.assert_says(run('replay', self.folder + '/none'), FAILURE, 'No such file')
+        self.assert_says(run('replay', self.folder), FAILURE, 'Is a directory')
 
     def test_no_device_of_its_own(self):
         result = run('replay', '-d', '0', self.file('recording', HEAD))
-        self.assertSays(result, USAGE, 'no --device')
+        self.assert_says(result, USAGE, 'no --device')
 
     def test_hostile_ones(self):
         for line, text, why in (
@@ -253,8 +252,8 @@ class Recordings(Case):
                 (7, REPORTS + 'E: 000001.249999 1 00\n', 'earlier'),
                 (5, 'E: ' + ' ' * 70000 + '\n', 'too long'), (5, 'N: a\0b\n', 'byte 0'),
                 (6, '#\n\0\n', 'byte 0')):
-            with self.subTest(text[:40]):
-                self.assertSays(self.check(HEAD + text), FAILURE, '/recording:%d: ' % line, why)
+            with case.row(text[:40]):
+                self.assert_says(self.check(HEAD + text), FAILURE, '/recording:%d: ' % line, why)
 
     def test_heads_that_lack_something(self):
         for content, line, why in (
@@ -264,13 +263,13 @@ class Recordings(Case):
                 ('N: %s\n' % ('x' * 128), 1, 'too long'), ('P: %s\n' % ('x' * 64), 1, 'too long'),
                 ('I: 3 10ce\n', 1, 'are wanted'), ('I: 3 10000 1\n', 1, 'are wanted'),
                 ('I: 3 1 1 1\n', 1, 'are wanted')):
-            with self.subTest(content[:30]):
-                self.assertSays(self.check(content), FAILURE, '/recording:%d: ' % line, why)
+            with case.row(content[:30]):
+                self.assert_says(self.check(content), FAILURE, '/recording:%d: ' % line, why)
 
     def test_the_largest(self):
         whole = 'R: 4096 ' + ' '.join(['ff'] * 4096) + '\nI: 3 1 1\nN: %s\nP: %s\n' % (
             'x' * 127, 'x' * 63) + ('E: 000000.000000 4096 ' + ' '.join(['ff'] * 4096) + '\n') * 99
-        self.assertEqual(self.check(whole, '-j').json()[0]['reports'], 99)
+        assert self.check(whole, '-j').json()[0]['reports'] == 99
 
     def test_noise(self):
         """Whatever is done to a file: taken, or refused with the number of a line of it."""
@@ -290,10 +289,10 @@ class Recordings(Case):
                 else:
                     content[at:at] = bytes(chance.choices(b'0 9:.-fERNPID\n', k=5))
                 content = content or bytearray(b'#')
-            with self.subTest(turn=turn, content=bytes(content)):
+            with case.row(turn=turn, content=bytes(content)):
                 result = self.check(bytes(content))
-                self.assertIn(result.status, (OK, FAILURE), result.err)
+                assert result.status in (OK, FAILURE), result.err
                 if result.status == FAILURE:
                     number = re.search(r'/recording:(\d+): .', result.err)
-                    self.assertIsNotNone(number, result.err)
-                    self.assertLessEqual(int(number[1]), content.count(b'\n') + 1)
+                    assert number is not None, result.err
+                    assert int(number[1]) <= content.count(b'\n') + 1
