@@ -21,9 +21,8 @@ export LLVM
 endif
 
 .PHONY: all modules clean help install uninstall install-files uninstall-files demo demo-scanhead \
-	lib install-lib uninstall-lib tools install-tools uninstall-tools deb \
-	mutate bench check check-host check-kunit check-uml \
-	check-distro lint
+	lib install-lib uninstall-lib tools install-tools uninstall-tools deb requirements \
+	mutate bench check check-host check-kunit check-uml check-distro lint
 
 all: modules
 
@@ -40,7 +39,7 @@ clean:
 help:
 	@echo 'Build and install (KVER=release or KDIR=folder choose another kernel):'
 	@echo '  make               build the modules for the running kernel'
-	@echo '  sudo make install  install them through DKMS, with udev rules and tools;'
+	@echo '  sudo make install  install them through DKMS, with udev rules and virtual devices;'
 	@echo '                     with DESTDIR= only files are copied, for packagers'
 	@echo '  sudo make uninstall  take all of it away again'
 	@echo '  make lib           libxy3 for programs in C, in build/libxy3; install-lib installs it'
@@ -94,14 +93,23 @@ install-linuxcnc:
 	install -d $(DESTDIR)$(PREFIX)/bin
 	ln -sf ../lib/$(NAME)/xhc-dro $(DESTDIR)$(PREFIX)/bin/xhc-dro
 
-# The library wants a compiler, and not all who have the drivers want it
+# What several goals of one command require is looked for once, before the first of them begins
+ifeq ($(DESTDIR),)
+INSTALLS := $(filter install install-lib install-tools,$(MAKECMDGOALS))
+$(INSTALLS): requirements
+
+requirements:
+	@KVER=$(KVER) userspace/setup --missing $(INSTALLS)
+endif
+
+# The library requires a compiler, which the drivers' files do not
 lib:
 	$(MAKE) -C userspace/libxy3 all
 
 install-lib uninstall-lib: %-lib:
 	$(MAKE) -C userspace/libxy3 $*
 
-# The tools want libraries
+# The tools require libraries
 tools:
 	$(MAKE) -C userspace/tools all
 
