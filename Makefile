@@ -41,7 +41,7 @@ help:
 	@echo '  make               build the modules for the running kernel'
 	@echo '  sudo make install  install them through DKMS, with udev rules and virtual devices;'
 	@echo '                     with DESTDIR= only files are copied, for packagers'
-	@echo '  sudo make uninstall  take all of it away again'
+	@echo '  sudo make uninstall  remove all that was installed, tools and libxy3 included'
 	@echo '  make lib           libxy3 for programs in C, in build/libxy3; install-lib installs it'
 	@echo '  make tools         xhcctl and xy3ctl, in build/tools; install-tools installs them'
 	@echo '  make deb           packages for Debian, in build/deb'
@@ -140,7 +140,9 @@ uninstall-files: uninstall-lib uninstall-tools
 	rm -f $(patsubst %,$(DESTDIR)$(PREFIX)/share/man/man1/%.1,$(SIMULATORS) xhc-dro)
 	rm -f $(patsubst %,$(DESTDIR)$(PREFIX)/share/man/man4/%,$(notdir $(MAN4)) xy3-spi.4)
 	rm -f $(DESTDIR)$(PREFIX)/include/linux/xy3.h
-	-rmdir --ignore-fail-on-non-empty $(DESTDIR)$(PREFIX)/include/linux
+	for folder in include/linux share/man/man1 share/man/man3 share/man/man4; do \
+		[ ! -d $(DESTDIR)$(PREFIX)/$$folder ] || \
+		rmdir --ignore-fail-on-non-empty $(DESTDIR)$(PREFIX)/$$folder; done
 	rm -f $(patsubst userspace/udev/%,$(DESTDIR)$(UDEVDIR)/rules.d/%,$(wildcard userspace/udev/*))
 	rm -f $(patsubst userspace/systemd/%,$(DESTDIR)$(UNITDIR)/%,$(wildcard userspace/systemd/*))
 
@@ -153,6 +155,7 @@ endif
 	$(MAKE) uninstall-files
 ifeq ($(DESTDIR),)
 	-udevadm control --reload
+	sh userspace/packages/debian/xhc-xy3-tools.postrm purge
 	-systemctl daemon-reload
 endif
 
