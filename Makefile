@@ -22,7 +22,7 @@ endif
 
 .PHONY: all modules clean help install uninstall install-files uninstall-files demo demo-scanhead \
 	lib install-lib uninstall-lib tools install-tools uninstall-tools deb requirements \
-	mutate bench check check-host check-kunit check-uml check-distro lint
+	mutate bench check check-quick check-host check-kunit check-uml check-distro lint
 
 all: modules
 
@@ -47,6 +47,7 @@ help:
 	@echo '  make deb           packages for Debian, in build/deb'
 	@echo '  make clean         remove what was built here'
 	@echo 'Try and test (need no device, never touch the running kernel):'
+	@echo '  make check-quick   tests for a minute: requires gcc and python3, installs nothing'
 	@echo '  sudo make demo     a virtual pendant in a virtual machine'
 	@echo '  sudo make demo-scanhead  a virtual scanhead, which draws what it receives'
 	@echo '  sudo make check    all levels of tests:'
@@ -154,8 +155,8 @@ ifeq ($(DESTDIR),)
 endif
 	$(MAKE) uninstall-files
 ifeq ($(DESTDIR),)
-	-udevadm control --reload
 	sh userspace/packages/debian/xhc-xy3-tools.postrm purge
+	-udevadm control --reload
 	-systemctl daemon-reload
 endif
 
@@ -166,7 +167,10 @@ demo-scanhead:
 	userspace/demo/scanhead/run-demo
 
 check:
-	userspace/tests/check
+	@userspace/tests/check
+
+check-quick:
+	userspace/tests/check-quick
 
 check-host:
 	userspace/tests/check-host

@@ -14,7 +14,7 @@
 #	take NAME LEAST COMMAND...	run COMMAND, whose last line is "WORD: P passed, F failed"; show
 #			what it says, add up its counts, and fail if there were fewer than LEAST
 #	least PART	the least number of cases of a part of this level, see the file minimum
-#	minima		lines "PART CASES" of this level
+#	minima LEVEL	lines "PART CASES" of a level
 #	tally P F	add a sub-run's counts
 #	boots DIR	end the level if the test kernel whose run is in DIR did not boot: it has
 #			failed already, and would again with each further run
@@ -77,11 +77,11 @@ take() {
 }
 
 minima() {
-	awk -v level="$level_name" '$1 == level { print $2, $3 }' "$top/userspace/tests/minimum"
+	awk -v level="$1" '$1 == level { print $2, $3 }' "$top/userspace/tests/minimum"
 }
 
 least() {	# what has no line fails for having too few
-	minima | awk -v part="$1" '$1 == part { n = $2 } END { print n ? n : 999999 }'
+	minima "$level_name" | awk -v part="$1" '$1 == part { n = $2 } END { print n ? n : 999999 }'
 }
 
 tally() {
