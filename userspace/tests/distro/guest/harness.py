@@ -20,24 +20,10 @@ PAUSE = 0.05                # between two looks: they cost those time who are wa
 TRACING = '/sys/kernel/tracing'
 
 
-class Failure(Exception):
-    """Something was not as it should be."""
-
-
-def equal(found, wanted, what='value'):
-    if found != wanted:
-        raise Failure('%s is %r, not %r' % (what, found, wanted))
-
-
-def true(value, what):
-    if not value:
-        raise Failure(what)
-
-
 def wait_for(condition, what, timeout=EVENT_TIME):
     """-> the condition's first true value"""
     value = find.wait(condition, timeout, PAUSE)
-    true(value, '%s: not within %g s' % (what, timeout))
+    assert value, '%s: not within %g s' % (what, timeout)
     return value
 
 
@@ -54,7 +40,7 @@ def command(*words):
     """Runs a program that must succeed; -> its output"""
     done = subprocess.run(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
                           check=False)
-    true(done.returncode == 0, '%s: status %d: %s' % (' '.join(words), done.returncode,
+    assert done.returncode == 0, ('%s: status %d: %s' % (' '.join(words), done.returncode,
                                                       done.stdout[-300:]))
     return done.stdout
 
@@ -83,7 +69,7 @@ def module_addresses(name):
         found, size, _, _, _, address = line.split()[:6]
         if found == name:
             return int(address, 16), int(address, 16) + int(size)
-    raise Failure('%s is not loaded' % name)
+    raise AssertionError('%s is not loaded' % name)
 
 
 def jiffies():
@@ -116,7 +102,7 @@ def live_allocations(places, since=0):
 def check_no_allocations(places, what, since=0):
     """Some are given back a while later."""
     if not find.wait(lambda: not live_allocations(places, since), 20):
-        raise Failure('%s: memory is left: %r' % (what, live_allocations(places, since)))
+        raise AssertionError('%s: memory is left: %r' % (what, live_allocations(places, since)))
 
 
 class Module:
@@ -154,11 +140,34 @@ def settle():
     def done():
         found = subprocess.run(['udevadm', 'settle', '--timeout=150'], stdout=subprocess.PIPE,
                                stderr=subprocess.STDOUT, text=True, check=False)
-        true(found.returncode == 0 or 'reply: Broken pipe' in found.stdout,
-             'udevadm settle: status %d: %s' % (found.returncode, found.stdout))
+        assert found.returncode == 0 or 'reply: Broken pipe' in found.stdout, \
+            'udevadm settle: status %d: %s' % (found.returncode, found.stdout)
         return found.returncode == 0
 
     wait_for(done, 'answer of udevd')
+
+
+def udev_properties(node):
+    """-> (dict of properties, set of tags), once udevd has seen the node"""
+    settle()
+    lines = command('udevadm', 'info', '--query=property', '--name=' + node).splitlines()
+    properties = dict(line.split('=', 1) for line in lines)
+    return properties, set(properties.get('TAGS', '').strip(':').split(':'))
+
+
+def key(code, value):
+    """What a key with a scan code gives."""
+    return ['MSC_SCAN %d' % code, 'BTN_TRIGGER_HAPPY%d %d' % (code, value)]
+
+
+def selector(old, new):
+    """What turning the selector gives; positions 0..6 as in ABS_MISC."""
+    events = ['ABS_MISC %d' % new]
+    if old:
+        events.append('BTN_TRIGGER_HAPPY%d 0' % (30 + old))
+    if new:
+        events.append('BTN_TRIGGER_HAPPY%d 1' % (30 + new))
+    return events
 
 
 class Events:
@@ -184,8 +193,7 @@ class Events:
             return enough(events)
 
         find.wait(done, EVENT_TIME)
-        if not enough(events):
-            raise Failure('%s: there is only %r' % (what, events))
+        assert enough(events), '%s: there is only %r' % (what, events)
         return events
 
     def reports(self, count):
@@ -198,8 +206,8 @@ class Events:
                 found.append([])
             else:
                 found[-1].append(event)
-        equal(found.pop(), [], 'rest behind the last SYN_REPORT')
-        equal(len(found), count, 'number of reports')
+        assert found.pop() == []
+        assert len(found) == count
         return found
 
     def report(self):
@@ -207,7 +215,7 @@ class Events:
 
     def quiet(self, seconds=0.3):
         time.sleep(seconds)
-        equal(self.more(), [], 'events that should not be')
+        assert self.more() == []
 
 
 class Watcher:
@@ -230,7 +238,7 @@ class Watcher:
             try:
                 data = os.read(self.fd, 64 * self.EVENT.size)
             except OSError as error:
-                equal(error.errno, errno.ENODEV, 'errno at the end')
+                assert error.errno == errno.ENODEV
                 break
             for _, _, kind, code, value in self.EVENT.iter_unpack(data):
                 self.events.append('%s %d' % (libevdev.evbit(kind, code).name, value))
@@ -239,7 +247,7 @@ class Watcher:
     def rest(self):
         """All up to the end."""
         self.thread.join(EVENT_TIME)
-        true(not self.thread.is_alive(), 'the device is still there')
+        assert not self.thread.is_alive(), 'the device is still there'
         return self.events
 
 
@@ -287,7 +295,7 @@ class Plugged:
         wait_for(self._bound, 'driver %s' % self.driver, BIND_TIME)
         if self.driver == 'hid-xhc':
             wait_for(self._find_nodes, 'event node', BIND_TIME)
-            true(self.usb.wait_frames(frames_before + 1, BIND_TIME), 'no first frame')
+            assert self.usb.wait_frames(frames_before + 1, BIND_TIME), 'no first frame'
             # attributes are made when probe is over, and the frame may be quicker
             wait_for(lambda: os.path.exists(self.path('stats/reports')), 'attributes')
             self.open()

@@ -12,8 +12,8 @@ import struct
 import subprocess
 import time
 
-from harness import (BIND_TIME, Failure, Module, command, equal, read_file, true, wait_for,
-                     write_file)
+import pytest
+from harness import BIND_TIME, EVENT_TIME, Module, command, find, read_file, wait_for, write_file
 
 LDISC = 29
 UART = 'uart'           # the 8250
@@ -21,6 +21,7 @@ STICK = 'stick'         # the FTDI stick
 PORTS = (UART, STICK)
 DEVICES = {UART: '/dev/ttyS1', STICK: '/dev/ttyUSB0'}
 CLASS = '/sys/class/xy3'
+on_both_ports = pytest.mark.parametrize('port', PORTS)
 RATES = (57600, 115200, 230400, 460800, 921600)
 
 TIOCSETD = 0x5423
@@ -49,7 +50,7 @@ class Peer:
         text, self._text = self._text.split(b'\n', 1)
         answer = json.loads(text)
         if 'error' in answer:
-            raise Failure('peer: %s' % answer['error'])
+            raise AssertionError('peer: %s' % answer['error'])
         return answer['value']
 
     def ask(self, port, wish, *values, **settings):
@@ -67,18 +68,6 @@ class Peer:
 
 
 peer = Peer()
-
-
-def test_on_both(tests):
-    """Decorator: a test once for each port; its name gets the port's behind it."""
-    def decorate(function):
-        for port in PORTS:
-            def one(port=port):
-                function(port)
-            one.__name__ = '%s_%s' % (function.__name__, port)
-            tests.append(one)
-        return function
-    return decorate
 
 
 def plug(port, **settings):
@@ -184,10 +173,8 @@ class Attached:
     def sync(self):
         """Until the driver has found the stream."""
         self.ask('report', 'sync', 'sync')
-        try:
-            wait_for(lambda: self.get('in_sync') == '1', 'sync')
-        except Failure as error:
-            raise Failure('%s; %s' % (error, self.state())) from None
+        in_sync = find.wait(lambda: self.get('in_sync') == '1', EVENT_TIME)
+        assert in_sync, 'no sync; %s' % self.state()
 
     def state(self):
         """What both sides have counted, for a complaint."""
@@ -249,7 +236,7 @@ class Cat:
         wait_for(lambda: os.path.getsize(self.PLACE) >= size, '%d bytes of cat' % size, timeout)
         time.sleep(0.2)
         data = self.data()
-        equal(len(data), size, 'number of bytes')
+        assert len(data) == size
         return data
 
     def data(self):
@@ -300,13 +287,12 @@ class Reader:
 
     def _wait(self, files):
         ready = select.select(files, [], [], BIND_TIME)[0]
-        if not ready:
-            raise Failure('no more than %d bytes; %s' % (self.bytes, self.head.state()))
+        assert ready, 'no more than %d bytes; %s' % (self.bytes, self.head.state())
         return ready
 
     def _read(self):
         data = os.read(self._fd, 65536)
-        true(data, 'the file has ended')
+        assert data, 'the file has ended'
         self.bytes += len(data)
         self.digest.update(data)
 
@@ -315,11 +301,11 @@ def packets(data, cut=False):
     """-> [(type, payload)] of data that must be whole packets; cut: the last one need not be."""
     found, at = [], 0
     while at < len(data):
-        true(data[at] == 0x48, 'no packet starts at byte %d' % at)
+        assert data[at] == 0x48, 'no packet starts at byte %d' % at
         end = at + 3 + data[at + 2] if len(data) - at >= 3 else len(data) + 1
         if end > len(data) and cut:
             break
-        true(end <= len(data), 'a packet is torn at byte %d' % at)
+        assert end <= len(data), 'a packet is torn at byte %d' % at
         found.append((data[at + 1], data[at + 3:end]))
         at = end
     return found

@@ -11,7 +11,7 @@ import subprocess
 import tempfile
 
 from access import DIALOUT, NOBODY
-from harness import BIND_TIME, Failure, equal, find, read_file, true
+from harness import BIND_TIME, find, read_file
 from pages import commands
 
 PLACE = '/src'
@@ -37,17 +37,17 @@ class Document:
 
     def __exit__(self, kind, *_):
         if kind is None:
-            equal([command.text for command in self.left], [],
-                  'commands of %s that no test knows' % self.name)
+            assert [command.text for command in self.left] == [], \
+                'commands of %s that no test knows' % self.name
 
     def next(self, text=None):
         """The next command, which must be this one; None: which must be a program"""
-        true(self.left, '%s: no command %r' % (self.name, text))
+        assert self.left, '%s: no command %r' % (self.name, text)
         command = self.left.pop(0)
         if text is None:
-            equal(command.who, 'program', 'in %s: %r' % (self.name, command.text))
+            assert command.who == 'program', 'in %s: %r' % (self.name, command.text)
         else:
-            equal(command.text, text, 'next command of ' + self.name)
+            assert command.text == text, 'next command of ' + self.name
         if command.block != self.block:
             self.block, self.folder = command.block, PLACE
         return command
@@ -73,7 +73,7 @@ class Document:
                 process.wait()
             file.seek(0)
             output = file.read()
-        equal(found, status, 'status of %r in %s, with %r' % (command.text, self.name,
+        assert found == status, ('status of %r in %s, with %r' % (command.text, self.name,
                                                               output[-500:]))
         return output
 
@@ -90,7 +90,7 @@ class Document:
     def shows(self, text):
         """A command that prints what the document has below it, and nothing else"""
         shown = self.left[0].shown if self.left else []
-        equal(self.run(text).splitlines(), shown, 'what %r prints' % text)
+        assert self.run(text).splitlines() == shown, 'what %r prints' % text
 
     def file(self, text):
         """"cat FILE": the reader is to write that file"""
@@ -115,8 +115,7 @@ class Document:
                     find.wait(printed(word), BIND_TIME)
                 output = read_output(file.name)
                 missing = [word for word in words if word not in output]
-                if missing:
-                    raise Failure('%r has not printed %r: %s' % (command.text, missing, output))
+                assert not missing, '%r has not printed %r: %s' % (command.text, missing, output)
             finally:
                 if process.poll() is None:
                     os.killpg(process.pid, signal.SIGINT)
@@ -131,7 +130,7 @@ class Document:
 
     def elsewhere(self, *texts, test):
         """Commands that cannot be typed here; `test` names who does what they do."""
-        true(test, 'nobody')
+        assert test, 'nobody'
         for text in texts:
             self.next(text)
 

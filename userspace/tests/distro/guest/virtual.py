@@ -6,7 +6,7 @@ import glob
 import os
 import signal
 
-from harness import (BIND_TIME, check_no_allocations, command, equal, jiffies, live_allocations,
+from harness import (BIND_TIME, check_no_allocations, command, jiffies, live_allocations,
                      module_addresses, module_loaded, read_file, settle, wait_for, write_file)
 from heads import CLASS, LDISC, ldattach_pids
 
@@ -53,7 +53,7 @@ class Virtual:
 
         with Virtual(lines=4, framing='line') as head:
             head.set('out_angl0_raw', 5)
-            equal(head.positions(20)[0], 5)
+            assert head.positions(20)[0] == 5
 
     driver=None: nobody is expected to take the SPI device.
     """
@@ -120,7 +120,7 @@ class Virtual:
     def positions(self, bits):
         """All of them, which must have come in frames with so many bits."""
         rows = [line.split() for line in sim('positions').splitlines()]
-        equal({row[2] for row in rows}, {str(bits)}, 'bits of the positions')
+        assert {row[2] for row in rows} == {str(bits)}
         return [int(row[1]) for row in rows]
 
     def counts(self, name):
@@ -134,12 +134,12 @@ class Virtual:
     def check_record(self, data):
         with open(SIM + 'record.bin', 'rb') as file:
             found = file.read()
-        equal(len(found), len(data), 'bytes of the record')
+        assert len(found) == len(data)
         if found != data:
             at = [a == b for a, b in zip(found, data)].index(False) // (4 * self.axes)
-            equal(found[4 * self.axes * at:][:16], data[4 * self.axes * at:][:16], 'scan %d' % at)
+            assert found[4 * self.axes * at:][:16] == data[4 * self.axes * at:][:16], 'scan %d' % at
         for name in ('parity_errors', 'length_errors', 'mode_errors'):
-            equal(self.counts(name), [0] * self.axes, name)
+            assert self.counts(name) == [0] * self.axes, name
 
     # --- the head's backchannel --------------------------------------------------------------
 

@@ -5,16 +5,10 @@ import glob
 import os
 import select
 
-from harness import (BIND_TIME, TRACING, Plugged, Watcher, equal, find, hid_xhc, module_loaded,
-                     read_file, true, wait_for, write_file)
+import pytest
+from harness import (BIND_TIME, TRACING, Plugged, Watcher, find, hid_xhc, module_loaded, read_file,
+                     wait_for, write_file)
 from xhc_sim.usb import UsbPendant
-
-TESTS = []
-
-
-def test(function):
-    TESTS.append(function)
-    return function
 
 
 def hold_two_keys(pendant):
@@ -27,21 +21,19 @@ def hold_two_keys(pendant):
 def check_let_go(events):
     """Key 1, key 2 and position 2 were held: all of them go, in one report."""
     ups = [event for event in events if not event.startswith('MSC_SCAN')]
-    equal(sorted(ups), ['ABS_MISC 0', 'BTN_TRIGGER_HAPPY1 0', 'BTN_TRIGGER_HAPPY2 0',
-                        'BTN_TRIGGER_HAPPY32 0', 'SYN_REPORT 0'], 'events at the end')
-    equal(events[-1], 'SYN_REPORT 0', 'last event')
+    assert sorted(ups) == ['ABS_MISC 0', 'BTN_TRIGGER_HAPPY1 0', 'BTN_TRIGGER_HAPPY2 0',
+                        'BTN_TRIGGER_HAPPY32 0', 'SYN_REPORT 0']
+    assert events[-1] == 'SYN_REPORT 0'
 
 
-@test
-def keys_go_up_when_the_cable_is_cut():
+def test_keys_go_up_when_the_cable_is_cut():
     with Plugged() as pendant:
         watcher = hold_two_keys(pendant)
         pendant.unplug()
         check_let_go(watcher.rest())
 
 
-@test
-def keys_go_up_when_the_port_is_switched_off():
+def test_keys_go_up_when_the_port_is_switched_off():
     with Plugged() as pendant:
         watcher = hold_two_keys(pendant)
         pendant.usb.detach()
@@ -49,22 +41,20 @@ def keys_go_up_when_the_port_is_switched_off():
         check_let_go(watcher.rest())
 
 
-@test
-def plugged_again():
+def test_plugged_again():
     usb = UsbPendant()
     for number in range(3):
         with Plugged(usb=usb) as pendant:
             pendant.set('dro/feedrate', number + 1)
             pendant.flush()
-            equal(usb.lcd.as_dict()['feedrate'], number + 1, 'feedrate')
+            assert usb.lcd.as_dict()['feedrate'] == number + 1
             usb.press(3)
-            equal(pendant.events.report(), ['MSC_SCAN 3', 'BTN_TRIGGER_HAPPY3 1'], 'key')
+            assert pendant.events.report() == ['MSC_SCAN 3', 'BTN_TRIGGER_HAPPY3 1']
             usb.release(3)
             pendant.events.report()
 
 
-@test
-def awake_can_be_polled():
+def test_awake_can_be_polled():
     with Plugged() as pendant:
         fd = os.open(pendant.path('awake'), os.O_RDONLY)
         try:
@@ -74,13 +64,12 @@ def awake_can_be_polled():
                 os.pread(fd, 16, 0)
                 act()
                 wait_for(lambda: poll.poll(100), 'wake-up of the poller')
-                equal(os.pread(fd, 16, 0), value, 'awake')
+                assert os.pread(fd, 16, 0) == value
         finally:
             os.close(fd)
 
 
-@test
-def strange_descriptor_is_refused():
+def test_strange_descriptor_is_refused():
     """Another product with these ids: the driver does not touch it."""
     other = bytes.fromhex('06 00 FF 09 01 A1 01 85 04 09 01 15 00 26 FF 00 95 09 75 08 81 02 C0')
     usb = UsbPendant(report_descriptor=other)
@@ -88,28 +77,27 @@ def strange_descriptor_is_refused():
     usb.plug()
     try:
         wait_for(lambda: find.hid_directory(usb.phys), 'HID device', BIND_TIME)
-        true(not usb.polled.wait(1), 'somebody has opened it')
-        equal(find.driver(find.hid_directory(usb.phys)), None, 'driver')
+        assert not usb.polled.wait(1), 'somebody has opened it'
+        assert find.driver(find.hid_directory(usb.phys)) is None
     finally:
         usb.unplug()
     wait_for(lambda: find.hid_directory(usb.phys) is None, 'end of the HID device')
 
 
-@test
-def keys_go_up_when_the_module_goes():
+@pytest.mark.smoke
+def test_keys_go_up_when_the_module_goes():
     with Plugged() as pendant:
         watcher = hold_two_keys(pendant)
         hid_xhc.unload()
         check_let_go(watcher.rest())
-        true(not module_loaded('hid_xhc'), 'the module is still there')
+        assert not module_loaded('hid_xhc'), 'the module is still there'
         hid_xhc.load()
         pendant.wait_bound()
         pendant.usb.press(3)
-        equal(pendant.events.report(), ['MSC_SCAN 3', 'BTN_TRIGGER_HAPPY3 1'], 'key')
+        assert pendant.events.report() == ['MSC_SCAN 3', 'BTN_TRIGGER_HAPPY3 1']
 
 
-@test
-def module_in_and_out():
+def test_module_in_and_out():
     with Plugged() as first, Plugged('HB03') as second:
         for number in range(4):
             hid_xhc.unload()
@@ -118,13 +106,12 @@ def module_in_and_out():
             second.wait_bound()
             first.set('dro/feedrate', number)
             first.flush()
-        equal(first.usb.lcd.as_dict()['feedrate'], 3, 'feedrate')
+        assert first.usb.lcd.as_dict()['feedrate'] == 3
         first.usb.press(1)
-        equal(first.events.report(), ['MSC_SCAN 1', 'BTN_TRIGGER_HAPPY1 1'], 'key')
+        assert first.events.report() == ['MSC_SCAN 1', 'BTN_TRIGGER_HAPPY1 1']
 
 
-@test
-def tracepoints():
+def test_tracepoints():
     hid_xhc.load()
     for event in ('report', 'frame'):
         write_file('%s/events/xhc/%s/enable' % (TRACING, event), '1')
@@ -139,7 +126,7 @@ def tracepoints():
             trace = read_file(TRACING + '/trace')
         for line in ('report: %s error=0 data=04 05 00 00 00' % name,
                      'frame: %s error=0 data=fe fd 09' % name):
-            true(line in trace, 'no trace of %s in: %s' % (line, trace[-600:]))
+            assert line in trace, 'no trace of %s in: %s' % (line, trace[-600:])
     finally:
         for event in ('report', 'frame'):
             write_file('%s/events/xhc/%s/enable' % (TRACING, event), '0')
@@ -148,21 +135,19 @@ def tracepoints():
 
 # --- memory ---------------------------------------------------------------------------------
 
-@test
-def no_memory_is_left():
+def test_no_memory_is_left():
     """Last but one: after all that was done above."""
     hid_xhc.load()
     with Plugged() as pendant:
         pendant.flush()
-        true(hid_xhc.allocations(), 'even of a plugged pendant no allocation is seen')
+        assert hid_xhc.allocations(), 'even of a plugged pendant no allocation is seen'
     wait_for(lambda: not hid_xhc.allocations(), 'end of what a pendant had', BIND_TIME)
     hid_xhc.unload()
 
 
-@test
-def nothing_is_left_in_the_system():
+def test_nothing_is_left_in_the_system():
     """Must be last."""
-    true(not module_loaded('hid_xhc'), 'the module is still loaded')
-    true(not os.path.exists(TRACING + '/events/xhc'), 'the tracepoints are still there')
-    equal(glob.glob('/sys/bus/hid/devices/*:10CE:*'), [], 'HID devices')
-    equal(os.path.exists('/sys/bus/hid/drivers/hid-xhc'), False, 'the driver in sysfs')
+    assert not module_loaded('hid_xhc'), 'the module is still loaded'
+    assert not os.path.exists(TRACING + '/events/xhc'), 'the tracepoints are still there'
+    assert glob.glob('/sys/bus/hid/devices/*:10CE:*') == []
+    assert not os.path.exists('/sys/bus/hid/drivers/hid-xhc')

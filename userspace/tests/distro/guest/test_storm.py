@@ -10,19 +10,13 @@ import random
 import threading
 import time
 
-from harness import BIND_TIME, Plugged, command, equal, find, hid_xhc, true, wait_for
+from harness import BIND_TIME, Plugged, command, find, hid_xhc, wait_for
 from xhc_sim.uhid import UhidPendant
 from xhc_sim.usb import UsbPendant
 
-TESTS = []
 UHID_ROUNDS = 80
 USB_ROUNDS = 8          # vhci_hcd needs up to 5 s to give up a transfer whose device has gone
 SEED = 4711
-
-
-def test(function):
-    TESTS.append(function)
-    return function
 
 
 class Users:
@@ -45,7 +39,7 @@ class Users:
         self.ended.set()
         for thread in self.threads:
             thread.join(30)
-        true(not any(thread.is_alive() for thread in self.threads), 'a user hangs')
+        assert not any(thread.is_alive() for thread in self.threads), 'a user hangs'
 
     def wait_for_write(self):
         """Until the driver has taken one more value."""
@@ -144,21 +138,18 @@ def plug_and_unplug(device, rounds, fault, ways):
     wait_for(lambda: find.hid_directory(device.phys) is None, 'end of the HID device', 20)
 
 
-@test
-def uhid_plug_storm():
+def test_uhid_plug_storm():
     command('modprobe', 'uhid')
     device = UhidPendant()
     plug_and_unplug(device, UHID_ROUNDS, 'timeout', (device.unplug, device.crash))
 
 
-@test
-def usb_plug_storm():
+def test_usb_plug_storm():
     device = UsbPendant()
     plug_and_unplug(device, USB_ROUNDS, 'unplug', (device.unplug, device.detach))
 
 
-@test
-def module_storm():
+def test_module_storm():
     """The driver goes and comes while the pendant is used and plugged."""
     chance = random.Random(SEED)
     usb = UsbPendant()
@@ -174,14 +165,13 @@ def module_storm():
     wait_for(lambda: find.hid_directory(usb.phys) is None, 'end of the HID device', 20)
 
 
-@test
-def keys_are_up_after_all():
+def test_keys_are_up_after_all():
     with Plugged() as pendant:
         pendant.usb.press(1)
         pendant.events.report()
         pendant.usb.release(1)
-        equal(pendant.events.report(), ['MSC_SCAN 1', 'BTN_TRIGGER_HAPPY1 0'], 'key')
-        equal([code.name for code, down in pressed(pendant) if down], [], 'keys that are down')
+        assert pendant.events.report() == ['MSC_SCAN 1', 'BTN_TRIGGER_HAPPY1 0']
+        assert [code.name for code, down in pressed(pendant) if down] == []
 
 
 def pressed(pendant):

@@ -16,21 +16,15 @@ import termios
 import threading
 import time
 
-from harness import BIND_TIME, command, equal, true, wait_for, write_file
+from harness import BIND_TIME, command, wait_for, write_file
 from heads import (CLASS, DEVICES, LDISC, STICK, TIOCSETD, UART, Attached, Cat, heads, module, peer,
                    plug, unplug)
 
-TESTS = []
 ATTACH_ROUNDS = 40
 UNPLUG_ROUNDS = 6
 MODULE_ROUNDS = 8
 SEED = 4711
 N_TTY = 0
-
-
-def test(function):
-    TESTS.append(function)
-    return function
 
 
 class Users:
@@ -53,7 +47,7 @@ class Users:
         self.ended.set()
         for thread in self.threads:
             thread.join(30)
-        true(not any(thread.is_alive() for thread in self.threads), 'a user hangs')
+        assert not any(thread.is_alive() for thread in self.threads), 'a user hangs'
         print('# %d bytes read, %d attributes, %d changes' % (self.bytes, self.looks,
                                                               self.changes))
 
@@ -117,8 +111,7 @@ def open_line(port):
     return os.open(DEVICES[port], os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
 
 
-@test
-def attach_storm():
+def test_attach_storm():
     """The line does not stand still for it."""
     chance = random.Random(SEED)
     module.load()
@@ -138,12 +131,11 @@ def attach_storm():
     finally:
         os.close(fd)
         unplug(UART)
-    equal(heads(), [], 'heads')
+    assert heads() == []
     module.unload()
 
 
-@test
-def unplug_storm():
+def test_unplug_storm():
     """While the stick streams; every other time its tty is still open when it comes back."""
     chance = random.Random(SEED)
     command('modprobe', 'xhci-pci')
@@ -168,12 +160,11 @@ def unplug_storm():
             wait_for(lambda: not glob.glob('/dev/ttyUSB*'), 'end of the stick', BIND_TIME)
     for fd in kept:
         os.close(fd)
-    equal(heads(), [], 'heads')
+    assert heads() == []
     module.unload()
 
 
-@test
-def module_storm_of_heads():
+def test_module_storm_of_heads():
     """The module goes and comes while heads are used."""
     plug(UART)
     fd = open_line(UART)
@@ -196,11 +187,10 @@ def unloaded():
                           check=False).returncode == 0
 
 
-@test
-def a_head_works_after_all():
+def test_a_head_works_after_all():
     with Attached(UART) as head, Cat(head) as cat:
         head.ask('mark')
         head.ask('stream', packets=200)
         sent = head.ask('sent')
         data = cat.wait_size(sent['bytes'])
-        equal(hashlib.sha1(data).hexdigest(), sent['sha1'], 'checksum')
+        assert hashlib.sha1(data).hexdigest() == sent['sha1']

@@ -15,36 +15,31 @@ import shutil
 import struct
 import subprocess
 
+import pytest
 from access import DIALOUT, wait_access
-from harness import (BIND_TIME, Plugged, command, equal, hid_xhc, module_loaded, read_file, settle,
-                     true, wait_for, write_file)
+from harness import (BIND_TIME, Plugged, command, hid_xhc, module_loaded, read_file, settle,
+                     wait_for, write_file)
 from heads import CLASS, module
 from virtual import Virtual, sim
 
-TESTS = []
-LIMIT = 400             # seconds: depmod and udevd in an emulated machine
 PACKAGE = 'xhc-xy3'
 KERNEL = os.uname().release
 MODULES = '/lib/modules/' + KERNEL
 RULES = '70-xhc-pendant.rules'
 USBDEVFS_DISCONNECT_CLAIM = 0x8108551b
 
-
-def test(function):
-    function.limit = LIMIT
-    TESTS.append(function)
-    return function
+pytestmark = pytest.mark.timeout(400)     # depmod and udevd in an emulated machine
 
 
 def look(tool):
     """-> {id: (text, mend)} of what is found"""
     done = subprocess.run([tool, 'doctor', '--json'], stdout=subprocess.PIPE,
                           stderr=subprocess.PIPE, text=True, check=False)
-    equal(done.stderr, '', 'errors of %s doctor' % tool)
+    assert done.stderr == '', 'errors of %s doctor' % tool
     findings = json.loads(done.stdout)['findings']
     found = {each['id']: (each['text'], each['mend']) for each in findings
              if each['status'] == 'found'}
-    equal(done.returncode, 1 if found else 0, 'status of %s doctor' % tool)
+    assert done.returncode == (1 if found else 0), 'status of %s doctor' % tool
     return found
 
 
@@ -55,10 +50,10 @@ def well(tool):
 def check_found(tool, **wanted):
     """These and no others; id=(a part of the text, a part of the line that mends it)"""
     found = look(tool)
-    equal(sorted(found), sorted(wanted), 'what %s doctor finds: %r' % (tool, found))
+    assert sorted(found) == sorted(wanted), 'what %s doctor finds: %r' % (tool, found)
     for name, parts in wanted.items():
         for part, text in zip(parts, found[name]):
-            true(part in text, '%s: no %r in %r' % (name, part, text))
+            assert part in text, '%s: no %r in %r' % (name, part, text)
 
 
 def type_line(line):
@@ -96,8 +91,7 @@ def head():
 
 # --- how it is installed -----------------------------------------------------------------------
 
-@test
-def doctor_finds_missing_headers():
+def test_doctor_finds_missing_headers():
     with pendant(), away(MODULES + '/build'):
         check_found('xhcctl', headers=('of kernel %s are missing' % KERNEL,
                                        'sudo apt install linux-headers-' + KERNEL))
@@ -117,56 +111,51 @@ def kept(*folders):
         command('depmod')
 
 
-@test
-def doctor_finds_modules_that_dkms_has_only_added():
+def test_doctor_finds_modules_that_dkms_has_only_added():
     """As with a new kernel that came without headers. To build them again would take too long."""
     if module_loaded('hid_xhc'):
         hid_xhc.unload()
     version, = map(os.path.basename, glob.glob('/var/lib/dkms/%s/[0-9]*' % PACKAGE))
     with kept('/var/lib/dkms/' + PACKAGE, MODULES + '/updates'):
         command('dkms', 'unbuild', '%s/%s' % (PACKAGE, version), '-k', KERNEL)
-        true(': added' in command('dkms', 'status', PACKAGE), 'the state is not "added"')
+        assert ': added' in command('dkms', 'status', PACKAGE), 'the state is not "added"'
         found = look('xhcctl')
-        equal(sorted(found), ['dkms', 'driver', 'module'], 'what is found: %r' % found)
-        true('sudo dkms install %s/%s -k %s' % (PACKAGE, version, KERNEL) in found['dkms'][1],
-             'the line that mends it: %r' % (found['dkms'],))
-        true('has no module hid-xhc' in found['module'][0], 'the module: %r' % (found['module'],))
+        assert sorted(found) == ['dkms', 'driver', 'module'], 'what is found: %r' % found
+        assert 'sudo dkms install %s/%s -k %s' % (PACKAGE, version, KERNEL) in found['dkms'][1], \
+            'the line that mends it: %r' % (found['dkms'],)
+        assert 'has no module hid-xhc' in found['module'][0], 'the module: %r' % (found['module'],)
     with pendant():
         pass
 
 
-@test
-def doctor_finds_missing_rules():
+def test_doctor_finds_missing_rules():
     place, = [path for path in glob.glob('/usr/lib/udev/rules.d/*') if path.endswith(RULES)]
     with pendant(), away(place):
         check_found('xhcctl', rules=(RULES + ' is missing', 'apt install --reinstall'))
 
 
-@test
-def doctor_finds_rules_that_are_switched_off():
+def test_doctor_finds_rules_that_are_switched_off():
     with pendant():
         os.symlink('/dev/null', '/etc/udev/rules.d/' + RULES)
         found = look('xhcctl')
-        equal(list(found), ['rules'], 'what is found: %r' % found)
+        assert list(found) == ['rules'], 'what is found: %r' % found
         type_line(found['rules'][1])
 
 
-@test
-def doctor_finds_a_pendant_without_permissions():
+def test_doctor_finds_a_pendant_without_permissions():
     """Plugged in while the rules were off"""
     with pendant() as plugged:
         os.chown(plugged.node, 0, 0)
         os.chmod(plugged.node, 0o600)
         found = look('xhcctl')
-        equal(list(found), ['access'], 'what is found: %r' % found)
+        assert list(found) == ['access'], 'what is found: %r' % found
         type_line(found['access'][1])
         settle()
 
 
 # --- pendants ----------------------------------------------------------------------------------
 
-@test
-def doctor_finds_a_program_that_holds_the_pendant():
+def test_doctor_finds_a_program_that_holds_the_pendant():
     """As libusb takes it: the kernel's driver is detached."""
     with pendant() as plugged:
         interface = os.path.dirname(os.path.realpath(plugged.directory))
@@ -178,8 +167,8 @@ def doctor_finds_a_program_that_holds_the_pendant():
         try:
             fcntl.ioctl(fd, USBDEVFS_DISCONNECT_CLAIM, struct.pack('II256s', 0, 0, b''), False)
             text, mend = look('xhcctl')['holder']
-            true('python3 has taken %s' % os.path.basename(interface) in text, text)
-            true('kill %d && echo ' % os.getpid() in mend, mend)
+            assert 'python3 has taken %s' % os.path.basename(interface) in text, text
+            assert 'kill %d && echo ' % os.getpid() in mend, mend
         finally:
             os.close(fd)
         before = plugged.usb.frame_count
@@ -187,15 +176,14 @@ def doctor_finds_a_program_that_holds_the_pendant():
         plugged.wait_bound(before)
 
 
-@test
-def doctor_finds_a_pendant_without_driver():
+def test_doctor_finds_a_pendant_without_driver():
     with pendant() as plugged:
         name = os.path.basename(plugged.directory)
         plugged.events.close()
         write_file('/sys/bus/hid/drivers/hid-xhc/unbind', name)
         text, mend = look('xhcctl')['driver']
-        true('%s has no driver' % name in text, text)
-        true('modprobe hid-xhc' in mend, mend)
+        assert '%s has no driver' % name in text, text
+        assert 'modprobe hid-xhc' in mend, mend
         before = plugged.usb.frame_count
         type_line(mend)
         plugged.wait_bound(before)
@@ -203,33 +191,31 @@ def doctor_finds_a_pendant_without_driver():
 
 # --- scanheads ---------------------------------------------------------------------------------
 
-@test
-def doctor_finds_another_number_of_the_line_discipline():
+def test_doctor_finds_another_number_of_the_line_discipline():
     command('modprobe', '-r', 'xy3-sim', 'xy3-spi', 'xy3')
     command('modprobe', 'xy3', 'ldisc=28')
     try:
         text, mend = look('xy3ctl')['ldisc']
-        true('number 28 instead of 29' in text, text)
-        true('-n -1 28' in mend, mend)
+        assert 'number 28 instead of 29' in text, text
+        assert '-n -1 28' in mend, mend
     finally:
         command('modprobe', '-r', 'xy3')
     module.load()
-    true('ldisc' not in look('xy3ctl'), 'it is found with the right number, too')
+    assert 'ldisc' not in look('xy3ctl'), 'it is found with the right number, too'
 
 
-@test
-def doctor_finds_a_head_at_another_rate():
+def test_doctor_finds_a_head_at_another_rate():
     with head() as virtual:
         well('xy3ctl')
         device = os.path.basename(virtual.spi)
         write_file('/sys/bus/spi/drivers/xy3-spi/unbind', device)   # else the head would be told
         write_file(CLASS + '/xy3-0/rate', '57600')
         found = wait_for(lambda: look('xy3ctl').get('back'), 'it is found', BIND_TIME)
-        true('57600' in found[0], found[0])
+        assert '57600' in found[0], found[0]
         type_line(found[1])
         wait_for(lambda: 'back' not in look('xy3ctl'), 'the rate is found', BIND_TIME)
-        equal(read_file(CLASS + '/xy3-0/rate').strip(), sim('rate'), 'rate')
+        assert read_file(CLASS + '/xy3-0/rate').strip() == sim('rate')
         found = look('xy3ctl')
-        equal(list(found), ['spi'], 'what is found: %r' % found)
+        assert list(found) == ['spi'], 'what is found: %r' % found
         write_file('/sys/bus/spi/drivers/xy3-spi/bind', device)
         virtual.wait_bound()

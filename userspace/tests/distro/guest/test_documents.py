@@ -5,22 +5,16 @@ import contextlib
 import glob
 import os
 
+import pytest
 from access import DIALOUT, wait_access
-from harness import (BIND_TIME, Plugged, command, equal, error_of, read_file, settle, true,
-                     wait_for, write_file)
+from harness import BIND_TIME, Plugged, command, error_of, read_file, settle, wait_for, write_file
 from heads import CLASS, DEVICES, STICK, heads, ldattach_pids, module, peer, plug, unplug
 from typed import Document
 from virtual import SIM, UART, Virtual, sim
 
-TESTS = []
 ATTACH = 'xy3ctl attach --daemon /dev/ttyXY3SIM0'
-LIMIT = 500             # seconds for a page: an emulated machine takes its time
 
-
-def test(function):
-    function.limit = LIMIT
-    TESTS.append(function)
-    return function
+pytestmark = pytest.mark.timeout(500)     # an emulated machine takes its time
 
 
 # --- devices -----------------------------------------------------------------------------------
@@ -98,13 +92,12 @@ def check_lcd(plugged, **fields):
 
 def healthy(found):
     """What a doctor prints where there is nothing to find"""
-    true('found' not in found, found)
+    assert 'found' not in found, found
 
 
 # --- pages -------------------------------------------------------------------------------------
 
-@test
-def first_page():
+def test_first_page():
     with Document('README.md') as document:
         with pendant() as plugged:
             document.run("xhcctl set position='135.17 -77.89 0 -220.334 0 1.5' step=10 state=run")
@@ -119,13 +112,12 @@ def first_page():
             document.run('echo 10000 changes > /sys/kernel/debug/xy3-sim/0/record')
             document.run('cd userspace/examples')
             sent = document.run('./figure.py circle square | ./stream.py --rate 20000')
-            true(sent.startswith('5378 scans sent, '), sent)
+            assert sent.startswith('5378 scans sent, '), sent
             document.shows('./draw.py')
             document.follow('xy3ctl watch', lambda: None, 'in_sync', 'temperature/head')
 
 
-@test
-def page_on_installing():
+def test_page_on_installing():
     with Document('userspace/doc/install.md') as document:
         document.elsewhere('apt install dkms linux-headers-amd64', 'make install',
                            test='test-make-install, and the tree itself has these packages')
@@ -144,8 +136,7 @@ def page_on_installing():
                            test='secure-boot, by what the kernel sees of it')
 
 
-@test
-def page_on_tools():
+def test_page_on_tools():
     command('modprobe', 'uhid')
     with Document('userspace/doc/tools.md') as document:
         with pendant() as plugged:
@@ -155,8 +146,7 @@ def page_on_tools():
             head_by_tool(document, virtual)
 
 
-@test
-def page_on_pendants():
+def test_page_on_pendants():
     with Document('userspace/doc/pendant.md') as document:
         with pendant() as plugged:
             document.follow('evtest /dev/input/xhc-hb04', lambda: work(plugged),
@@ -166,7 +156,7 @@ def page_on_pendants():
             document.run('echo Y > /sys/module/hid_xhc/parameters/swap_feed_spindle')
             write_file('/sys/module/hid_xhc/parameters/swap_feed_spindle', 'N')
             document.run('echo options hid-xhc swap_feed_spindle=Y > /etc/modprobe.d/hid-xhc.conf')
-            true('swap_feed_spindle=Y' in command('modprobe', '-c'), 'modprobe does not know')
+            assert 'swap_feed_spindle=Y' in command('modprobe', '-c'), 'modprobe does not know'
             os.unlink('/etc/modprobe.d/hid-xhc.conf')
             document.run('cd /sys/bus/hid/drivers/hid-xhc/0003:10CE:EB70.*/dro')
             document.run('echo 135.17 -77.89 0 -220.334 0 1.5 > position; echo 10 > step; '
@@ -181,10 +171,10 @@ def page_on_pendants():
 
 
 def pendant_by_tool(document, plugged):
-    true('HB04' in document.run('xhcctl list'), 'HB04 in the list')
+    assert 'HB04' in document.run('xhcctl list'), 'HB04 in the list'
     document.run('xhcctl set work_x=135.17 state=run step=10')
     check_lcd(plugged, work_x='135.1700', state='run', step=10)
-    true('135.17' in document.run('xhcctl show'), 'work_x')
+    assert '135.17' in document.run('xhcctl show'), 'work_x'
     document.follow('xhcctl monitor', lambda: work(plugged), 'selector off', ready='start')
     healthy(document.run('xhcctl doctor'))
     recorded = '/src/pendant.hid'
@@ -196,15 +186,15 @@ def pendant_by_tool(document, plugged):
 
 
 def pendant_layouts(document, plugged):
-    true('hb04-16' in document.run('xhcctl layout list'), 'hb04-16')
+    assert 'hb04-16' in document.run('xhcctl layout list'), 'hb04-16'
     document.run('xhcctl layout hb04-16 --apply')
     settle()
-    equal(code_of(plugged, 0x01), 'KEY_STOP', 'code of a key')
+    assert code_of(plugged, 0x01) == 'KEY_STOP'
     document.run('xhcctl layout default --apply')
     document.file('cat /etc/udev/hwdb.d/61-xhc-pendant.hwdb')
     document.run('systemd-hwdb update && udevadm trigger /dev/input/xhc-hb04')
     settle()
-    equal(code_of(plugged, 0x17), 'KEY_STOPCD', 'code of a key')
+    assert code_of(plugged, 0x17) == 'KEY_STOPCD'
     command('xhcctl', 'layout', 'default', '--apply')
     settle()
 
@@ -218,8 +208,7 @@ def code_of(plugged, scan):
     return report[1].split()[0]
 
 
-@test
-def page_on_scanheads():
+def test_page_on_scanheads():
     module.load()
     with Document('userspace/doc/scanhead.md') as document:
         head_of_examples(document)
@@ -232,19 +221,19 @@ def page_on_scanheads():
 
 
 def head_by_tool(document, virtual):
-    true('xy3-0' in document.run('xy3ctl list'), 'xy3-0 in the list')
+    assert 'xy3-0' in document.run('xy3ctl list'), 'xy3-0 in the list'
     wait_for(lambda: error_of(read_file, virtual.path('serial')) == 0, 'who it is', BIND_TIME)
-    true('Virtual' in document.run('xy3ctl show'), 'who it is')
+    assert 'Virtual' in document.run('xy3ctl show'), 'who it is'
     document.follow('xy3ctl watch', lambda: None, 'in_sync', 'temperature/head')
     document.follow('xy3ctl packets --raw', lambda: None, 'temperatures head=')
     document.run('xy3ctl goto x=524288 y=524288')
-    equal(virtual.positions(20)[:2], [524288, 524288], 'positions')
+    assert virtual.positions(20)[:2] == [524288, 524288]
     sent = document.run('xy3ctl stream circle --rate 20000 --repeat 10')
-    true('scans' in sent, sent)
+    assert 'scans' in sent, sent
     document.run('xy3ctl command calibrate xy')
     wait_for(lambda: sim('commands').endswith('calibrate xy'), 'the command')
     document.run('xy3ctl command rate 230400')
-    equal(sim('rate'), '230400', 'rate of the head')
+    assert sim('rate') == '230400'
     healthy(document.run('xy3ctl doctor'))
 
 
@@ -254,8 +243,8 @@ def head_of_examples(document):
         document.run('echo 100000 changes > /sys/kernel/debug/xy3-sim/0/record')
         document.run('cd userspace/examples')
         document.run('./figure.py circle grid | ./stream.py')
-        true('⠒' in document.run('./draw.py; ./draw.py -o circle.png'), 'a picture')
-        true(os.path.getsize('/src/userspace/examples/circle.png') > 100, 'another picture')
+        assert '⠒' in document.run('./draw.py; ./draw.py -o circle.png'), 'a picture'
+        assert os.path.getsize('/src/userspace/examples/circle.png') > 100, 'another picture'
 
 
 def head_on_a_stick(document):
@@ -283,16 +272,16 @@ def head_on_spidev(document):
                      'echo spi0.0 > /sys/bus/spi/drivers/spidev/unbind',
                      'echo spi0.0 > /sys/bus/spi/drivers/xy3-spi/bind'):
             document.run(text, names)
-        equal(heads(), ['xy3-0'], 'heads')
+        assert heads() == ['xy3-0']
 
 
 def head_told(document, virtual):
     document.run('cd /sys/bus/iio/devices/iio:device0')
     document.run('echo 524288 > out_angl0_raw')
-    equal(virtual.positions(20)[0], 524288, 'position of X')
+    assert virtual.positions(20)[0] == 524288
     before = virtual.number('scans')
     document.program()
-    true(virtual.number('scans') - before >= 100000, 'a hundred circles')
+    assert virtual.number('scans') - before >= 100000, 'a hundred circles'
     wait_group(virtual.node)
     document.run('echo x > /sys/class/xy3/xy3-0/calibrate')
     document.run("printf '\\060\\000\\007' > /dev/xy3")
@@ -307,18 +296,18 @@ def head_read(document):
 
     document.follow_program(lambda: write_file(SIM + 'report', '1'), 'temperatures [', 'errors [')
     wait_for(lambda: glob.glob(CLASS + '/xy3-0/hwmon*/temp1_input'), 'a thermometer', BIND_TIME)
-    true('head:' in document.run('sensors'), 'the head in sensors')
+    assert 'head:' in document.run('sensors'), 'the head in sensors'
     document.follow('udevadm monitor -p -s xy3', fail, 'XY3_EVENT=error', 'XY3_COMPONENT=galvo_x',
                     'XY3_ERROR=temperature', 'XY3_ERROR_CODE=1', ready='KERNEL')
     document.file('cat /etc/udev/rules.d/90-scanhead.rules')
     document.run('stty -F /dev/xy3 230400')
-    equal(sim('rate'), '230400', 'rate of the head')
+    assert sim('rate') == '230400'
     write_file(CLASS + '/xy3-0/rate', '115200')
     document.run('echo 230400 > /sys/class/xy3/xy3-0/rate')
-    equal(sim('rate'), '230400', 'rate of the head')
+    assert sim('rate') == '230400'
     document.run('echo 1 > /sys/class/xy3/xy3-0/autobaud')
     document.run('echo options xy3 autobaud=Y > /etc/modprobe.d/xy3.conf')
-    true('autobaud=Y' in command('modprobe', '-c'), 'modprobe does not know')
+    assert 'autobaud=Y' in command('modprobe', '-c'), 'modprobe does not know'
     for path in ('/etc/modprobe.d/xy3.conf', '/etc/udev/rules.d/69-my-heads.rules',
                  '/etc/udev/rules.d/90-scanhead.rules'):
         os.unlink(path)

@@ -6,9 +6,9 @@ import os
 import threading
 import time
 
-from harness import Plugged, command, equal, error_of, true, wait_for
+import pytest
+from harness import Plugged, command, error_of, wait_for
 
-TESTS = []
 
 VALUES = {
     'work_x': '-220.334', 'work_y': '135.17', 'work_z': '0',
@@ -16,11 +16,6 @@ VALUES = {
     'feedrate_override': '100', 'spindle_override': '80', 'feedrate': '65535',
     'spindle_speed': '24000', 'step': '500', 'icon': '9', 'state': 'run+inch', 'day': '17',
 }
-
-
-def test(function):
-    TESTS.append(function)
-    return function
 
 
 def frames(pendant):
@@ -40,66 +35,61 @@ def wait_shown(pendant, name, value):
              '%s %s on the LCD' % (name, value))
 
 
-@test
-def first_frame_at_probe():
+def test_first_frame_at_probe():
     """It tells the pendant the day, without which sleep looks like "all keys up"."""
     with Plugged() as pendant:
-        equal(pendant.usb.lcd.faults, [], 'faults of the first frame')
-        equal(shown(pendant, 'day'), str(time.gmtime().tm_mday), 'day')
-        equal(shown(pendant, 'work_x'), '0', 'work_x')
+        assert pendant.usb.lcd.faults == []
+        assert shown(pendant, 'day') == str(time.gmtime().tm_mday)
+        assert shown(pendant, 'work_x') == '0'
         time.sleep(0.5)
-        equal(frames(pendant), 1, 'frames')
+        assert frames(pendant) == 1
 
 
-@test
-def every_attribute_reaches_the_lcd():
+@pytest.mark.smoke
+def test_every_attribute_reaches_the_lcd():
     with Plugged() as pendant:
         for name, value in VALUES.items():
             pendant.set('dro/' + name, value)
-            equal(pendant.get('dro/' + name), value, name)
+            assert pendant.get('dro/' + name) == value, name
             wait_shown(pendant, name, value)
-        equal({name: shown(pendant, name) for name in VALUES}, VALUES, 'the whole LCD')
-        equal(pendant.usb.lcd.faults, [], 'faults')
+        assert {name: shown(pendant, name) for name in VALUES} == VALUES
+        assert pendant.usb.lcd.faults == []
 
 
-@test
-def position_is_taken_as_one():
+def test_position_is_taken_as_one():
     numbers = '1.5 -2.25 3 -4.0001 5 -6'
     with Plugged() as pendant:
         pendant.set('dro/position', numbers)
-        equal(pendant.get('dro/position'), numbers, 'position')
+        assert pendant.get('dro/position') == numbers
         pendant.flush()
         names = ('work_x', 'work_y', 'work_z', 'machine_x', 'machine_y', 'machine_z')
-        equal(' '.join(shown(pendant, name) for name in names), numbers, 'the LCD')
-        equal(error_of(pendant.set, 'dro/position', '9 9 9 9 9 x'), errno.EINVAL, 'error')
-        equal(pendant.get('dro/position'), numbers, 'position after a bad one')
+        assert ' '.join(shown(pendant, name) for name in names) == numbers
+        assert error_of(pendant.set, 'dro/position', '9 9 9 9 9 x') == errno.EINVAL
+        assert pendant.get('dro/position') == numbers
 
 
-@test
-def hb03_shows_two_decimals():
+def test_hb03_shows_two_decimals():
     with Plugged('HB03') as pendant:
         pendant.set('dro/work_x', '-220.336')
         pendant.flush()
-        equal(shown(pendant, 'work_x'), '-220.34', 'work_x on the LCD')
-        equal(pendant.get('dro/work_x'), '-220.34', 'work_x')
-        equal(pendant.usb.lcd.faults, [], 'faults')
+        assert shown(pendant, 'work_x') == '-220.34'
+        assert pendant.get('dro/work_x') == '-220.34'
+        assert pendant.usb.lcd.faults == []
 
 
-@test
-def requests_on_usb():
+def test_requests_on_usb():
     """A frame is six SET_REPORT requests for feature report 6, eight bytes each."""
     with Plugged() as pendant:
         pendant.usb.set_reports.clear()
         pendant.flush()
         requests = list(pendant.usb.set_reports)
-        equal([request.wvalue for request in requests], [0x0306] * 6, 'wValue')
-        equal([request.windex for request in requests], [0] * 6, 'wIndex')
-        equal([len(request.data) for request in requests], [8] * 6, 'lengths')
-        equal(requests[0].data[:3], b'\x06\xfe\xfd', 'begin of the frame')
+        assert [request.wvalue for request in requests] == [0x0306] * 6
+        assert [request.windex for request in requests] == [0] * 6
+        assert [len(request.data) for request in requests] == [8] * 6
+        assert requests[0].data[:3] == b'\x06\xfe\xfd'
 
 
-@test
-def wrong_values_are_refused():
+def test_wrong_values_are_refused():
     bad = [('work_x', 'abc', errno.EINVAL), ('work_x', '1e3', errno.EINVAL),
            ('work_x', '', errno.EINVAL), ('work_x', '65536', errno.ERANGE),
            ('feedrate', '-1', errno.ERANGE), ('feedrate', '65536', errno.ERANGE),
@@ -111,13 +101,12 @@ def wrong_values_are_refused():
         for name, value, error in bad:
             old = pendant.get('dro/' + name)
             found = error_of(pendant.set, 'dro/' + name, value)
-            equal(found, error, 'errno of %s for "%s"' % (name, value))
-            equal(pendant.get('dro/' + name), old, name)
-        equal(frames(pendant), 1, 'frames')
+            assert found == error, 'errno of %s for "%s"' % (name, value)
+            assert pendant.get('dro/' + name) == old, name
+        assert frames(pendant) == 1
 
 
-@test
-def a_burst_costs_few_frames():
+def test_a_burst_costs_few_frames():
     with Plugged() as pendant:
         pendant.set('dro/refresh_ms', 500)
         pendant.flush()
@@ -126,12 +115,11 @@ def a_burst_costs_few_frames():
             pendant.set('dro/work_x', number)
         seconds = time.monotonic() - start
         wait_shown(pendant, 'work_x', '99')
-        true(frames(pendant) - before <= 2 + seconds / 0.5,
-             '%d frames for 100 writes in %.1f s' % (frames(pendant) - before, seconds))
+        assert frames(pendant) - before <= 2 + seconds / 0.5, \
+            '%d frames for 100 writes in %.1f s' % (frames(pendant) - before, seconds)
 
 
-@test
-def refresh_is_kept():
+def test_refresh_is_kept():
     with Plugged() as pendant:
         pendant.set('dro/refresh_ms', 200)
         before, start = frames(pendant), time.monotonic()
@@ -139,16 +127,15 @@ def refresh_is_kept():
         while frames(pendant) < before + 5 or time.monotonic() - start < 1:
             number = number % 1000 + 1
             pendant.set('dro/feedrate', number)
-            true(time.monotonic() - start < 60, 'only %d frames in a minute'
+            assert time.monotonic() - start < 60, ('only %d frames in a minute'
                  % (frames(pendant) - before))
             time.sleep(0.01)
         times = [when for when, _ in list(pendant.usb.frames)[before + 1:]]
         gaps = [later - earlier for earlier, later in zip(times, times[1:])]
-        true(min(gaps) > 0.15, 'frames %.3f s apart' % min(gaps))
+        assert min(gaps) > 0.15, 'frames %.3f s apart' % min(gaps)
 
 
-@test
-def unchanged_values_send_nothing():
+def test_unchanged_values_send_nothing():
     with Plugged() as pendant:
         pendant.set('dro/work_x', '1.25')
         pendant.flush()
@@ -157,37 +144,34 @@ def unchanged_values_send_nothing():
         for text in ('1.25', '1.2500', '+1.25'):
             pendant.set('dro/work_x', text)
         time.sleep(0.5)
-        equal(frames(pendant), before, 'frames')
+        assert frames(pendant) == before
         pendant.flush()
-        equal(frames(pendant), before + 1, 'frames after a flush')
+        assert frames(pendant) == before + 1
 
 
-@test
-def stall_is_told_by_flush():
+def test_stall_is_told_by_flush():
     with Plugged() as pendant:
         pendant.flush()         # the first frame is counted by now
         good = pendant.get('stats/frames_sent')
         pendant.usb.fault = 'stall'
         pendant.set('dro/work_y', '7')
-        equal(error_of(pendant.flush), errno.EPIPE, 'errno of flush')
-        true(int(pendant.get('stats/frame_errors')) >= 1, 'frame_errors is 0')
-        equal(pendant.get('stats/frames_sent'), good, 'frames_sent')
+        assert error_of(pendant.flush) == errno.EPIPE
+        assert int(pendant.get('stats/frame_errors')) >= 1, 'frame_errors is 0'
+        assert pendant.get('stats/frames_sent') == good
         pendant.set('dro/work_y', '8')
         pendant.usb.fault = 'none'
         wait_shown(pendant, 'work_y', '8')      # the driver tries again by itself
 
 
-@test
-def stall_in_mid_frame():
+def test_stall_in_mid_frame():
     with Plugged() as pendant:
         pendant.usb.set_fault('stall', skip=3, count=1)
-        equal(error_of(pendant.flush), errno.EPIPE, 'errno of flush')
+        assert error_of(pendant.flush) == errno.EPIPE
         pendant.flush()
-        equal(pendant.usb.lcd.faults, [], 'faults')
+        assert pendant.usb.lcd.faults == []
 
 
-@test
-def slow_pendant_blocks_no_writer():
+def test_slow_pendant_blocks_no_writer():
     with Plugged() as pendant:
         pendant.usb.fault = 'slow:200'
         pendant.set('dro/work_x', '1')
@@ -197,25 +181,23 @@ def slow_pendant_blocks_no_writer():
             start = time.monotonic()
             pendant.set('dro/work_x', number)
             slowest = max(slowest, time.monotonic() - start)
-        true(slowest < 0.2, 'a write took %.2f s' % slowest)
+        assert slowest < 0.2, 'a write took %.2f s' % slowest
         pendant.usb.fault = 'none'
         wait_shown(pendant, 'work_x', '19')
 
 
-@test
-def unplug_in_mid_frame():
+def test_unplug_in_mid_frame():
     """The cable goes while a frame is under way, and somebody waits for it.
 
     The virtual host controller leaves it to the transfer's time-out, 5 s, to end it.
     """
     with Plugged() as pendant:
         pendant.usb.set_fault('unplug', skip=2)
-        true(error_of(pendant.flush), 'flush has succeeded')
+        assert error_of(pendant.flush), 'flush has succeeded'
         pendant.wait_gone()
 
 
-@test
-def unplug_while_a_request_is_unanswered():
+def test_unplug_while_a_request_is_unanswered():
     with Plugged() as pendant:
         pendant.usb.set_fault('timeout')
         found = []
@@ -224,32 +206,30 @@ def unplug_while_a_request_is_unanswered():
         wait_for(lambda: pendant.usb.set_reports[-1].status == -errno.ETIMEDOUT, 'request')
         pendant.unplug()
         waiter.join(10)
-        true(found and found[0], 'flush still waits, or has succeeded')
+        assert found and found[0], 'flush still waits, or has succeeded'
 
 
-@test
-def attribute_kept_open_across_unplug():
+def test_attribute_kept_open_across_unplug():
     with Plugged() as pendant:
         fd = os.open(pendant.path('dro/work_x'), os.O_RDWR)
         try:
             pendant.unplug()
-            equal(error_of(os.write, fd, b'1\n'), errno.ENODEV, 'errno of a write')
-            equal(error_of(os.pread, fd, 16, 0), errno.ENODEV, 'errno of a read')
+            assert error_of(os.write, fd, b'1\n') == errno.ENODEV
+            assert error_of(os.pread, fd, 16, 0) == errno.ENODEV
         finally:
             os.close(fd)
 
 
-@test
-def values_and_day_of_the_month():
+def test_values_and_day_of_the_month():
     """"auto" follows the clock, a number does not."""
     with Plugged() as pendant:
-        equal(pendant.get('dro/day'), 'auto', 'day')
+        assert pendant.get('dro/day') == 'auto'
         pendant.set('dro/day', 31)
         pendant.flush()
-        equal(shown(pendant, 'day'), '31', 'day on the LCD')
+        assert shown(pendant, 'day') == '31'
         pendant.usb.press(1)
         pendant.events.report()
-        equal(pendant.get('stats/xor_mismatches'), '0', 'xor_mismatches')
+        assert pendant.get('stats/xor_mismatches') == '0'
         command('date', '--utc', '--set=2031-03-04 12:00:00')
         pendant.set('dro/day', 'auto')
         wait_shown(pendant, 'day', '4')

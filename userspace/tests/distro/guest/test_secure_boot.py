@@ -12,11 +12,9 @@ import os
 import shutil
 import subprocess
 
-from harness import (Plugged, command, equal, error_of, module_loaded, read_file, settle, true,
-                     write_file)
+from harness import Plugged, command, error_of, module_loaded, read_file, settle, write_file
 from virtual import SIM, Virtual
 
-TESTS = []
 EFI_VARIABLES = '/sys/firmware/efi/efivars'
 SECURE_BOOT = EFI_VARIABLES + '/SecureBoot-8be4df61-93ca-11d2-aa0d-00e098032b8c'
 LOCKDOWN = '/sys/kernel/security/lockdown'
@@ -24,11 +22,6 @@ SIGN = '/lib/modules/%s/build/scripts/sign-file' % os.uname().release
 DKMS_KEY, DKMS_CERTIFICATE = '/var/lib/dkms/mok.key', '/var/lib/dkms/mok.pub'
 REFUSED = 'Key was rejected by service'
 TOOLS = {'hid-xhc': 'xhcctl', 'xy3': 'xy3ctl'}
-
-
-def test(function):
-    TESTS.append(function)
-    return function
 
 
 @contextlib.contextmanager
@@ -56,65 +49,60 @@ def signatures(tool):
     """What its doctor finds of them: [(text, mend), ...]"""
     findings = json.loads(run(tool, 'doctor', '--json')[1])['findings']
     ours = [each for each in findings if each['id'] == 'signature']
-    true(ours, '%s doctor does not look at signatures' % tool)
+    assert ours, '%s doctor does not look at signatures' % tool
     return [(each['text'], each['mend']) for each in ours if each['status'] == 'found']
 
 
 def check_refused(driver):
     """-> what the doctor finds"""
     status, output = run('modprobe', driver)
-    equal((status, REFUSED in output), (1, True), 'status of modprobe %s: %s' % (driver, output))
-    true(not module_loaded(driver.replace('-', '_')), driver + ' is loaded')
+    assert (status, REFUSED in output) == (1, True), 'status of modprobe %s: %s' % (driver, output)
+    assert not module_loaded(driver.replace('-', '_')), driver + ' is loaded'
     found = signatures(TOOLS[driver])
-    true(found, 'a doctor that finds nothing')
+    assert found, 'a doctor that finds nothing'
     for text, mend in found:
-        true('Secure Boot is on' in text, text)
-        true('mokutil --import ' + DKMS_CERTIFICATE in mend, mend)
+        assert 'Secure Boot is on' in text, text
+        assert 'mokutil --import ' + DKMS_CERTIFICATE in mend, mend
     return found
 
 
-@test
-def secure_boot_is_on():
+def test_secure_boot_is_on():
     command('mount', '-t', 'efivarfs', 'efivarfs', EFI_VARIABLES)
     command('mount', '-t', 'securityfs', 'securityfs', os.path.dirname(LOCKDOWN))
     with open(SECURE_BOOT, 'rb') as file:
-        equal(file.read()[4:], b'\1', 'SecureBoot')
-    true('[integrity]' in read_file(LOCKDOWN), 'the kernel is not locked down')
+        assert file.read()[4:] == b'\1'
+    assert '[integrity]' in read_file(LOCKDOWN), 'the kernel is not locked down'
 
 
-@test
-def modules_of_another_key_are_refused():
+def test_modules_of_another_key_are_refused():
     for driver in TOOLS:
         with in_place_of(driver, SIGN, 'sha256', DKMS_KEY, DKMS_CERTIFICATE):
             for text, _ in check_refused(driver):
-                true('if its key is not enrolled' in text, text)
+                assert 'if its key is not enrolled' in text, text
 
 
-@test
-def modules_without_a_signature_are_refused():
+def test_modules_without_a_signature_are_refused():
     for driver in TOOLS:
         with in_place_of(driver):
             for text, _ in check_refused(driver):
-                true('is not signed' in text, text)
+                assert 'is not signed' in text, text
 
 
-@test
-def pendant_works():
+def test_pendant_works():
     with Plugged('HB04') as pendant:
         pendant.usb.press(0x01)
-        equal(pendant.events.report(), ['MSC_SCAN 1', 'BTN_TRIGGER_HAPPY1 1'], 'report')
-        equal(signatures('xhcctl'), [], 'findings')
+        assert pendant.events.report() == ['MSC_SCAN 1', 'BTN_TRIGGER_HAPPY1 1']
+        assert signatures('xhcctl') == []
     settle()
     command('modprobe', '-r', 'hid-xhc')
 
 
-@test
-def head_works():
+def test_head_works():
     with Virtual(lines=4, framing='line') as head:
         head.set('out_angl0_raw', 524288)
-        equal(head.positions(20)[0], 524288, 'position of X')
+        assert head.positions(20)[0] == 524288
         with head.attached():
-            equal(signatures('xy3ctl'), [], 'findings')
+            assert signatures('xy3ctl') == []
         # what the documents say of the virtual head
-        equal(error_of(write_file, SIM + 'report', '1'), errno.EPERM, 'errno')
+        assert error_of(write_file, SIM + 'report', '1') == errno.EPERM
     command('modprobe', '-r', 'xy3-spi', 'xy3')

@@ -9,50 +9,42 @@ import re
 import struct
 import subprocess
 
-from harness import (BIND_TIME, TRACING, command, equal, error_of, module_loaded, read_file, settle,
-                     true, wait_for, write_file)
-from heads import (LDISC, STICK, TIOCSETD, UART, Attached, Cat, heads, module, packets, plug,
-                   test_on_both, unplug)
-
-TESTS = []
-
-
-def test(function):
-    TESTS.append(function)
-    return function
-
-
-both = test_on_both(TESTS)
+import pytest
+from harness import (BIND_TIME, TRACING, command, error_of, module_loaded, read_file, settle,
+                     wait_for, write_file)
+from heads import (LDISC, STICK, TIOCSETD, UART, Attached, Cat, heads, module, on_both_ports,
+                   packets, plug, unplug)
 
 
 # --- coming ------------------------------------------------------------------------------------
 
-@both
-def line_discipline_loads_the_module(port):
+@pytest.mark.smoke
+@on_both_ports
+def test_line_discipline_loads_the_module(port):
     """Must be first: nobody has loaded the module yet. Then what makes a head of a UART."""
     if module_loaded('xy3'):
         module.unload()                 # by the other port's turn
-    true(not module_loaded('xy3'), 'the module is loaded before anything is attached')
+    assert not module_loaded('xy3'), 'the module is loaded before anything is attached'
     with Attached(port) as head:
-        true(module_loaded('xy3'), 'the module is not loaded')
-        equal(head.name, 'xy3-0', 'name')
-        equal(head.get('in_sync'), '0', 'in_sync')
-        equal(head.get('rate'), '115200', 'rate')
-        equal(error_of(head.get, 'vendor'), errno.ENODATA, 'errno of vendor')
-    equal(os.path.exists('/dev/xy3-0'), False, 'the node behind the head')
+        assert module_loaded('xy3'), 'the module is not loaded'
+        assert head.name == 'xy3-0'
+        assert head.get('in_sync') == '0'
+        assert head.get('rate') == '115200'
+        assert error_of(head.get, 'vendor') == errno.ENODATA
+    assert not os.path.exists('/dev/xy3-0')
 
 
-@both
-def links_by_udev(port):
+@on_both_ports
+def test_links_by_udev(port):
     with Attached(port, vendor='Lasers Ltd', model='H 2', serial='0815') as head:
         wait_for(lambda: os.path.realpath('/dev/xy3') == head.node, '/dev/xy3', BIND_TIME)
         head.ask('report')
         wait_for(lambda: head.node in by_id().values(), 'link by identity', BIND_TIME)
         name = [name for name, node in by_id().items() if node == head.node][0]
-        true(name.startswith('xy3-') and '0815' in name and 'Lasers' in name, name)
+        assert name.startswith('xy3-') and '0815' in name and 'Lasers' in name, name
     settle()
-    equal(os.path.lexists('/dev/xy3'), False, 'the link behind the head')
-    equal(by_id(), {}, 'links by identity behind the head')
+    assert not os.path.lexists('/dev/xy3')
+    assert by_id() == {}
 
 
 def by_id():
@@ -64,8 +56,8 @@ def by_id():
             if name.startswith('xy3-')}
 
 
-@both
-def telemetry_in_sysfs(port):
+@on_both_ports
+def test_telemetry_in_sysfs(port):
     with Attached(port, firmware='4.2', order='big') as head:
         head.set('byte_order', 'big')
         head.ask('set', 'error', 'dac_y', 150)
@@ -76,20 +68,21 @@ def telemetry_in_sysfs(port):
                   'serial': 'SIM-0001', 'errors/head': 'none', 'errors/dac_y': '150',
                   'hours/head': '1200', 'hours/galvo_x': '1150', 'frame_errors/x': '0',
                   'frame_errors/w': '70000', 'byte_order': 'big'}
-        equal({name: head.get(name) for name in wanted}, wanted, 'sysfs')
-        equal(error_of(head.get, 'hours/mirror_w'), errno.ENODATA, 'errno of mirror_w')
-        equal(head.stat('rx_bytes'), head.ask('sent')['bytes'], 'rx_bytes')
+        assert {name: head.get(name) for name in wanted} == wanted
+        assert error_of(head.get, 'hours/mirror_w') == errno.ENODATA
+        assert head.stat('rx_bytes') == head.ask('sent')['bytes']
 
 
 # --- /dev/xy3-0 --------------------------------------------------------------------------------
 
 def check_same(head, data):
     """What was read is what was sent, or, while that is decoded, the packets in it."""
-    equal(hashlib.sha1(data).hexdigest(), head.ask('sent')['sha1'], 'checksum')
+    assert hashlib.sha1(data).hexdigest() == head.ask('sent')['sha1']
 
 
-@both
-def cat_gives_what_was_sent(port):
+@pytest.mark.smoke
+@on_both_ports
+def test_cat_gives_what_was_sent(port):
     """Rounds of all packets, one of 255 bytes, and one of a type that nobody knows."""
     with Attached(port) as head, Cat(head) as cat:
         head.ask('mark')
@@ -99,13 +92,13 @@ def cat_gives_what_was_sent(port):
         head.ask('stream', packets=500)
         data = cat.wait_size(head.ask('sent')['bytes'])
         check_same(head, data)
-        equal(len(packets(data)), head.stat('rx_packets'), 'number of packets')
-        equal(head.stat('unknown_packets'), 2, 'unknown_packets')
-        equal(head.stat('dropped_bytes') + head.stat('lost_packets'), 0, 'losses')
+        assert len(packets(data)) == head.stat('rx_packets')
+        assert head.stat('unknown_packets') == 2
+        assert head.stat('dropped_bytes') + head.stat('lost_packets') == 0
 
 
-@both
-def cat_gives_whole_packets_of_a_damaged_stream(port):
+@on_both_ports
+def test_cat_gives_whole_packets_of_a_damaged_stream(port):
     """What the simulator's own receiver makes of it, byte for byte."""
     faults = ('noise', 'lost', 'doubled', 'torn', 'length', 'flipped', 'false-sync', 'trap')
     with Attached(port) as head, Cat(head) as cat:
@@ -126,12 +119,11 @@ def cat_gives_whole_packets_of_a_damaged_stream(port):
                             'dropped_bytes': receiver['dropped'],
                             'bad_lengths': receiver['bad_lengths'],
                             'resyncs': receiver['resyncs']}.items():
-            equal(head.stat(name), count, name)
-        true(receiver['resyncs'] > 20 and receiver['bad_lengths'] > 5, 'too little damage')
+            assert head.stat(name) == count, name
+        assert receiver['resyncs'] > 20 and receiver['bad_lengths'] > 5, 'too little damage'
 
 
-@test
-def slow_reader_loses_whole_packets():
+def test_slow_reader_loses_whole_packets():
     with Attached(STICK) as head:
         fd = os.open(head.node, os.O_RDONLY | os.O_NONBLOCK)
         try:
@@ -139,15 +131,15 @@ def slow_reader_loses_whole_packets():
             sent = head.ask('sent')['bytes']
             head.wait_bytes(sent)
             lost = head.stat('lost_packets')
-            true(lost > 0, 'nothing is lost though nobody reads')
+            assert lost > 0, 'nothing is lost though nobody reads'
             data = read_rest(fd)
-            equal(len(packets(data)) + lost, head.stat('rx_packets'), 'packets in all')
+            assert len(packets(data)) + lost == head.stat('rx_packets')
             head.ask('mark')
             head.ask('report')
             size = head.ask('sent')['bytes']
             wait_for(lambda: head.stat('rx_bytes') == sent + size, 'a round more')
             data = read_rest(fd)
-            equal(len(data), size, 'bytes when there is room again')
+            assert len(data) == size
             check_same(head, data)
         finally:
             os.close(fd)
@@ -172,8 +164,8 @@ def read_rest(fd):
     return data
 
 
-@both
-def nothing_to_write_to(port):
+@on_both_ports
+def test_nothing_to_write_to(port):
     """A backchannel alone has no way to the head."""
     frame = bytes.fromhex('203a00')     # 24 bits, a command; its parity is right
     with Attached(port) as head:
@@ -181,12 +173,12 @@ def nothing_to_write_to(port):
         lower = os.open(head.device, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
         try:
             found = error_of(os.write, fd, frame)
-            true(found in (errno.ENODEV, errno.EINVAL), 'errno %d of a frame' % found)
-            equal(error_of(os.write, fd, b'?'), errno.EINVAL, 'errno of no frame')
-            equal(error_of(os.write, lower, b'x'), errno.EOPNOTSUPP, 'errno below')
+            assert found in (errno.ENODEV, errno.EINVAL), 'errno %d of a frame' % found
+            assert error_of(os.write, fd, b'?') == errno.EINVAL
+            assert error_of(os.write, lower, b'x') == errno.EOPNOTSUPP
             for name, value in (('calibrate', 'xy'), ('temp_comp', 'on'), ('reference', 'all')):
-                equal(error_of(head.set, name, value), errno.ENODEV, 'errno of ' + name)
-            equal(error_of(head.set, 'calibrate', 'q'), errno.EINVAL, 'errno of a wrong axis')
+                assert error_of(head.set, name, value) == errno.ENODEV, 'errno of ' + name
+            assert error_of(head.set, 'calibrate', 'q') == errno.EINVAL
         finally:
             os.close(fd)
             os.close(lower)
@@ -194,22 +186,23 @@ def nothing_to_write_to(port):
 
 # --- sensors, uevents ----------------------------------------------------------------------------
 
-@both
-def sensors_prints_temperatures(port):
+@pytest.mark.smoke
+@on_both_ports
+def test_sensors_prints_temperatures(port):
     with Attached(port) as head:
         head.ask('set', 'temperature', 'mirror_x', -12.5)
         head.ask('report')
         text = wait_for(lambda: find_chip('mirror_x'), 'thermometers in sensors', BIND_TIME)
         for label, degrees in (('head', '+31.5'), ('dsp', '+44.2'), ('driver_x', '+38.0'),
                                ('galvo_y', '+36.5'), ('mirror_x', '-12.5')):
-            true(re.search(r'^%s: +%s.C' % (label, re.escape(degrees)), text, re.M),
-                 'no %s %s in: %s' % (label, degrees, text))
-        true('dac_x' not in text, 'a thermometer that is not there: ' + text)
+            assert re.search(r'^%s: +%s.C' % (label, re.escape(degrees)), text, re.M), \
+                'no %s %s in: %s' % (label, degrees, text)
+        assert 'dac_x' not in text, 'a thermometer that is not there: ' + text
         head.ask('set', 'error', 'dsp', 'temperature')
         head.ask('report', 'errors')
         wait_for(lambda: re.search(r'^dsp: +FAULT|^dsp:.*(ALARM|FAULT)', find_chip('dsp'), re.M),
                  'fault in sensors')
-    equal(find_chip(''), '', 'sensors behind the head')
+    assert find_chip('') == ''
 
 
 def find_chip(word):
@@ -249,13 +242,12 @@ class UdevMonitor:
         wait_for(lambda: len(self.events(**properties)) >= 2, 'uevent %r' % properties, BIND_TIME)
 
 
-@test
-def udevadm_monitor_sees_an_error():
+def test_udevadm_monitor_sees_an_error():
     with Attached(UART) as head, UdevMonitor() as monitor:
         head.ask('report')
         monitor.wait(XY3_EVENT='sync', XY3_IN_SYNC='1')
         monitor.wait(XY3_EVENT='identity')
-        equal(monitor.events(XY3_EVENT='error'), [], 'errors of a healthy head')
+        assert monitor.events(XY3_EVENT='error') == []
         head.ask('set', 'error', 'galvo_x', 'temperature')
         head.ask('set', 'error', 'dac_y', 150)
         head.ask('report', 'errors')
@@ -266,30 +258,28 @@ def udevadm_monitor_sees_an_error():
         head.ask('set', 'error', 'galvo_x', 'none')
         head.ask('report', 'errors')
         monitor.wait(XY3_EVENT='error', XY3_COMPONENT='galvo_x', XY3_ERROR='none')
-        equal(len(monitor.events(XY3_EVENT='error')), 6, 'number of error events')
+        assert len(monitor.events(XY3_EVENT='error')) == 6
 
 
 # --- and more ------------------------------------------------------------------------------------
 
-@test
-def two_heads():
+def test_two_heads():
     with Attached(UART, serial='first') as first, Attached(STICK, serial='second') as second:
-        equal((first.name, second.name), ('xy3-0', 'xy3-1'), 'names')
+        assert (first.name, second.name) == ('xy3-0', 'xy3-1')
         for head, text in ((first, 'first'), (second, 'second')):
             head.ask('report')
             wait_for(lambda head=head, text=text: head.stat('syncs') == 2 and
                      head.get('serial') == text, 'serial')
         wait_for(lambda: sorted(by_id().values()) == ['/dev/xy3-0', '/dev/xy3-1'],
                  'links by identity', BIND_TIME)
-        equal(os.path.realpath('/dev/xy3'), '/dev/xy3-0', '/dev/xy3')
+        assert os.path.realpath('/dev/xy3') == '/dev/xy3-0'
         first.detach()
-        equal(heads(), ['xy3-1'], 'heads')
+        assert heads() == ['xy3-1']
         first.attach()
-        equal(first.name, 'xy3-0', 'name of a head that came back')
+        assert first.name == 'xy3-0'
 
 
-@test
-def plugged_stick_is_attached_by_rule_and_unit():
+def test_plugged_stick_is_attached_by_rule_and_unit():
     """The owner's rule names the stick. There is no systemd here: its unit is obeyed by hand."""
     with open('/etc/udev/rules.d/69-test-heads.rules', 'w', encoding='ascii') as file:
         file.write('SUBSYSTEM=="tty", ATTRS{idVendor}=="0403", ENV{XY3_BACKCHANNEL}="1"\n')
@@ -301,9 +291,9 @@ def plugged_stick_is_attached_by_rule_and_unit():
     try:
         settle()
         found = command('udevadm', 'info', '--query=property', '/dev/ttyUSB0').splitlines()
-        true('SYSTEMD_WANTS=xy3-attach@ttyUSB0.service' in found, 'properties %r' % found)
+        assert 'SYSTEMD_WANTS=xy3-attach@ttyUSB0.service' in found, 'properties %r' % found
         tags = [line for line in found if line.startswith('TAGS=')]
-        true(tags and ':systemd:' in tags[0], 'tags %r' % tags)
+        assert tags and ':systemd:' in tags[0], 'tags %r' % tags
         words = start.replace('%I', 'ttyUSB0').replace('${XY3_RATE}', rate).split()
         with subprocess.Popen(words) as service:
             wait_for(heads, 'head', BIND_TIME)
@@ -315,8 +305,7 @@ def plugged_stick_is_attached_by_rule_and_unit():
         unplug(STICK)
 
 
-@test
-def only_for_the_administrator():
+def test_only_for_the_administrator():
     plug(UART)
     fd = os.open('/dev/ttyS1', os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
     try:
@@ -325,14 +314,13 @@ def only_for_the_administrator():
         if not child:
             os.setresuid(65534, 65534, 65534)
             os._exit(error_of(fcntl.ioctl, fd, TIOCSETD, struct.pack('i', LDISC)))
-        equal(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), errno.EPERM, 'errno')
-        equal(heads(), [], 'heads')
+        assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == errno.EPERM
+        assert heads() == []
     finally:
         os.close(fd)
 
 
-@test
-def tracepoints_of_packets():
+def test_tracepoints_of_packets():
     with Attached(UART) as head:
         for event in ('packet', 'sync'):
             write_file('%s/events/xy3/%s/enable' % (TRACING, event), '1')
@@ -345,7 +333,7 @@ def tracepoints_of_packets():
             trace = read_file(TRACING + '/trace')
             for line in ('sync: xy3-0 in_sync=1 dropped=5',
                          'packet: xy3-0 type=78 length=2 payload=a1 b2'):
-                true(line in trace, 'no trace of %s in: %s' % (line, trace[-600:]))
+                assert line in trace, 'no trace of %s in: %s' % (line, trace[-600:])
         finally:
             for event in ('packet', 'sync'):
                 write_file('%s/events/xy3/%s/enable' % (TRACING, event), '0')

@@ -8,9 +8,9 @@ import re
 import struct
 
 import libevdev
-from harness import Plugged, command, equal, error_of, read_file, settle, true
+import pytest
+from harness import Plugged, command, error_of, read_file, settle
 
-TESTS = []
 
 # struct input_keymap_entry: flags, length of the scan code, index, key code, scan code
 KEYMAP_ENTRY = struct.Struct('=BBHI32s')
@@ -19,11 +19,6 @@ EVIOCSKEYCODE_V2 = 0x40284504
 
 LAYOUTS = '/usr/share/xhc-xy3/layouts/'
 HWDB = '/etc/udev/hwdb.d/61-xhc-pendant.hwdb'
-
-
-def test(function):
-    TESTS.append(function)
-    return function
 
 
 def entry(scan, code=0):
@@ -46,32 +41,29 @@ def set_code(pendant, scan, code):
     pendant.open()
 
 
-@test
-def keymap_can_be_read():
+def test_keymap_can_be_read():
     first = libevdev.EV_KEY.BTN_TRIGGER_HAPPY1.value
     with Plugged() as pendant:
-        equal([get_code(pendant, scan) for scan in range(1, 0x18)],
-              [first + n for n in range(0x17)], 'codes of the keys')
-        equal([get_code(pendant, scan) for scan in range(0x21, 0x27)],
-              [first + 30 + n for n in range(6)], 'codes of the selector')
-        equal(error_of(get_code, pendant, 0x40), errno.EINVAL, 'errno for a code outside')
+        assert [get_code(pendant, scan) for scan in range(1, 0x18)] == \
+            [first + n for n in range(0x17)]
+        assert [get_code(pendant, scan) for scan in range(0x21, 0x27)] == \
+            [first + 30 + n for n in range(6)]
+        assert error_of(get_code, pendant, 0x40) == errno.EINVAL
 
 
-@test
-def eviocskeycode():
+def test_eviocskeycode():
     with Plugged() as pendant:
         set_code(pendant, 1, libevdev.EV_KEY.KEY_F13.value)
         set_code(pendant, 0x21, libevdev.EV_KEY.KEY_F14.value)
         pendant.usb.press(1)
-        equal(pendant.events.report(), ['MSC_SCAN 1', 'KEY_F13 1'], 'remapped key')
+        assert pendant.events.report() == ['MSC_SCAN 1', 'KEY_F13 1']
         pendant.usb.release(1)
-        equal(pendant.events.report(), ['MSC_SCAN 1', 'KEY_F13 0'], 'remapped key')
+        assert pendant.events.report() == ['MSC_SCAN 1', 'KEY_F13 0']
         pendant.usb.select(0x11)
-        equal(pendant.events.report(), ['ABS_MISC 1', 'KEY_F14 1'], 'remapped position')
+        assert pendant.events.report() == ['ABS_MISC 1', 'KEY_F14 1']
 
 
-@test
-def remapped_while_held():
+def test_remapped_while_held():
     """The key's old name goes up, whatever happens: it must not stay down for ever."""
     with Plugged() as pendant:
         pendant.usb.press(2)
@@ -82,7 +74,7 @@ def remapped_while_held():
         pendant.usb.release(2)
         events = reader.until(lambda seen: 'BTN_TRIGGER_HAPPY2 0' in seen, 'old key up')
         reader.close()
-        true('KEY_F15 1' not in events, 'the new name went down: %r' % events)
+        assert 'KEY_F15 1' not in events, 'the new name went down: %r' % events
 
 
 # --- layouts: what is printed on the keys, as an entry of the hwdb -----------------------------
@@ -114,24 +106,24 @@ def check_layout(pendant, name, keys):
     settle()
     pendant.open()                      # its capabilities may have changed
     properties = command('udevadm', 'info', '--query=property', pendant.node).splitlines()
-    equal([line for line in properties if line.startswith('XHC_LAYOUT')],
-          ['XHC_LAYOUT=' + name] if name else [], 'property')
-    true('ID_INPUT_JOYSTICK=1' in properties, 'it is no joystick any more')
+    assert [line for line in properties if line.startswith('XHC_LAYOUT')] == \
+        (['XHC_LAYOUT=' + name] if name else [])
+    assert 'ID_INPUT_JOYSTICK=1' in properties, 'it is no joystick any more'
     for code, word in keys.items():
         pendant.usb.press(code)
         pendant.usb.release(code)
-        equal(pendant.events.reports(2), [['MSC_SCAN %d' % code, word + ' 1'],
-                                          ['MSC_SCAN %d' % code, word + ' 0']], 'key %#x' % code)
+        assert pendant.events.reports(2) == [['MSC_SCAN %d' % code, word + ' 1'],
+                                          ['MSC_SCAN %d' % code, word + ' 0']], 'key %#x' % code
 
 
-@test
-def layout_by_hwdb():
+@pytest.mark.timeout(400)     # three times all of the hwdb is compiled
+def test_layout_by_hwdb():
     """Chosen by hand, and there when the pendant is plugged again; changed; taken away."""
     layout = read_layout('hb04-18')
     first = {code: 'BTN_TRIGGER_HAPPY%d' % code for code in layout}
     named = {code: word or first[code] for code, word in layout.items()}
     own = {**first, 0x0A: 'KEY_F16'}
-    true(sum(named[code] != first[code] for code in layout) > 5, 'few keys have another name')
+    assert sum(named[code] != first[code] for code in layout) > 5, 'few keys have another name'
     with Plugged() as pendant:
         check_layout(pendant, None, first)
         choose('hb04-18', named)
@@ -146,5 +138,3 @@ def layout_by_hwdb():
     with Plugged() as pendant:
         check_layout(pendant, None, first)
 
-
-layout_by_hwdb.limit = 400     # three times all of the hwdb is compiled
