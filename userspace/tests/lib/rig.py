@@ -1,26 +1,33 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""What the end-to-end tests share: the driver's module, a virtual pendant that it drives, and
-the eyes and hands on both ends (libevdev, sysfs, hidraw).
+"""What the end-to-end tests of the pendant share: the driver's module, a virtual pendant that it
+drives, and access to both ends (libevdev, sysfs, hidraw).
 
-The tests run as root of the test kernel (uml/run-uml), never on the machine itself; XHC_MODULE
-is the path of hid-xhc.ko.
+The tests run as root of a guest, never on the machine itself. TEST_WORLD is the kind of guest:
+
+uml     (default) the test kernel, uml/run-uml; XHC_MODULE is the path of hid-xhc.ko. A pendant is
+        a uhid device unless a test asks for USB.
+distro  Debian's kernel, distro/boot: modprobe finds the module, and udevd also loads it when a
+        pendant is plugged in. A pendant is a USB device on vhci_hcd. Only tests with the mark
+        "distro" run there (conftest.py).
 """
 
 import errno
 import os
 import select
+import struct
+import subprocess
 import sys
 import time
+
 import case
-
 import libevdev
-
 from kernel import is_loaded, load_module, read_file, unload_module, write_file
 
 HERE = os.path.dirname(os.path.realpath(__file__))
 sys.path.insert(0, os.path.join(HERE, '..', '..', 'xhc-sim'))
 
 from xhc_sim import find  # noqa: E402
+from xhc_sim.lcd import COORDINATES, NUMBERS, normal_number  # noqa: E402
 from xhc_sim.uhid import UhidPendant  # noqa: E402
 from xhc_sim.usb import UsbPendant  # noqa: E402
 
@@ -29,23 +36,59 @@ MODULE_FILE = os.environ.get('XHC_MODULE', '')
 DRIVER_DIR = '/sys/bus/hid/drivers/hid-xhc'
 PARAMETER = '/sys/module/hid_xhc/parameters/swap_feed_spindle'
 
+IN_DISTRO = os.environ.get('TEST_WORLD', 'uml') == 'distro'
+
+# Seconds to wait for what must come; reached only in failure. In the test kernel time runs at the
+# host's pace while a program runs, and on a busy host none gets far in a second; when all wait, it
+# skips to the next timer and costs nothing. In an emulated machine udevd and modprobe take seconds.
+PATIENCE = 60 if IN_DISTRO else 30
+PAUSE = 0.05 if IN_DISTRO else 0.01     # between two looks, which slow down what is waited for
+
+# what the LCD shows
+DISPLAYED = (*COORDINATES, *NUMBERS, 'step', 'icon', 'state', 'day')
 KEY = ['BTN_TRIGGER_HAPPY%d' % number for number in range(41)]
 POSITIONS = ['off', 'X', 'Y', 'Z', 'A', 'feed', 'spindle']
 
 
+def wait(condition, timeout=PATIENCE):
+    """Waits until condition() gives something true, or the time is up. -> what it gave last"""
+    return find.wait(condition, timeout, PAUSE)
+
+
 def load(parameters=''):
-    load_module(MODULE_FILE, parameters)
+    if IN_DISTRO:
+        subprocess.run(['modprobe', MODULE, *parameters.split()], check=True)
+    else:
+        load_module(MODULE_FILE, parameters)
+
+
+def settle_udev():
+    """Waits until udevd is done with all devices. Debian 12's at times hangs up instead."""
+    assert wait(lambda: subprocess.run(['udevadm', 'settle'], check=False).returncode == 0)
 
 
 def unload():
-    unload_module(MODULE)
+    if IN_DISTRO:
+        settle_udev()           # or it loads the module again
+        subprocess.run(['modprobe', '-r', MODULE], check=True)
+    else:
+        unload_module(MODULE)
 
 
 def loaded():
     return is_loaded(MODULE)
 
 
-class Eyes:
+def takes(path):
+    """Whether hid-xhc takes a HID device; waits for a probe that is under way, and tries again."""
+    try:
+        write_file(DRIVER_DIR + '/bind', os.path.basename(path))
+    except OSError:
+        pass
+    return find.driver(path) == 'hid-xhc'
+
+
+class EvdevReader:
     """Reads one event node by libevdev."""
 
     def __init__(self, node):
@@ -57,14 +100,23 @@ class Eyes:
     def close(self):
         self.file.close()
 
+    def keys_down(self):
+        """Names of the keys that were down when the node was opened."""
+        return [code.name for code in self.device.evbits[libevdev.EV_KEY]
+                if self.device.value[code]]
+
     def _fill(self, timeout):
+        """libevdev's Python binding hides ENODEV: a device that has gone is known by poll()."""
         poll = select.poll()
         poll.register(self.fd, select.POLLIN)
-        if poll.poll(max(0, timeout * 1000)):
+        ready = poll.poll(max(0, timeout * 1000))
+        if ready and ready[0][1] & (select.POLLHUP | select.POLLERR):
+            raise OSError(errno.ENODEV, 'the device has gone; events before: %s' % self.seen)
+        if ready:
             self.seen += [(event.type.name, event.code.name, event.value)
                           for event in self.device.events()]
 
-    def packet(self, timeout=2.0):
+    def packet(self, timeout=PATIENCE):
         """Events up to the next SYN_REPORT, without it; None if none comes in time."""
         deadline = time.monotonic() + timeout
         while True:
@@ -78,31 +130,94 @@ class Eyes:
             self._fill(left)
 
 
+class EvdevRecorder:
+    """A program that reads an event node until its device goes.
+
+    evdev drops what has not been read when the device goes. The program therefore has a real-time
+    priority, and waits in read(): it is the first to run when the driver has sent the events and
+    waits for something itself. It is no thread of ours, which other threads could hold up.
+    """
+
+    EVENT = struct.Struct('@qqHHi')
+
+    def __init__(self, node):
+        self.program = subprocess.Popen(['chrt', '--fifo', '1', 'cat', node],
+                                        stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
+                                        bufsize=0)
+        self.data = b''
+        assert wait(lambda: node in self._files()), 'cat does not open %s' % node
+
+    def _files(self):
+        """What the program has open."""
+        folder = '/proc/%d/fd' % self.program.pid
+        return [os.path.realpath(os.path.join(folder, name)) for name in os.listdir(folder)]
+
+    def _events(self):
+        """(type, code, value) by name of all whole events so far."""
+        size = self.EVENT.size
+        whole = self.data[:len(self.data) // size * size]
+        for _, _, kind, code, value in self.EVENT.iter_unpack(whole):
+            bit = libevdev.evbit(kind, code)
+            yield bit.type.name, bit.name, value
+
+    def next_packet(self):
+        """Events up to the next SYN_REPORT, without it. The program then waits for more."""
+        while ('EV_SYN', 'SYN_REPORT', 0) not in self._events():
+            ready = select.select([self.program.stdout], [], [], PATIENCE)[0]
+            more = ready and self.program.stdout.read(64 * self.EVENT.size)
+            assert more, 'no packet; events: %s' % list(self._events())
+            self.data += more
+        events = list(self._events())
+        at = events.index(('EV_SYN', 'SYN_REPORT', 0))
+        self.data = self.data[(at + 1) * self.EVENT.size:]
+        return events[:at]
+
+    def rest(self):
+        """All further events, up to the end of the device."""
+        more, _ = self.program.communicate(timeout=PATIENCE)
+        self.data += more
+        return list(self._events())
+
+    def close(self):
+        self.program.kill()
+        self.program.communicate()
+
+
 class Rig:
     """A virtual pendant that hid-xhc drives, and access to both its ends."""
 
     def __init__(self, model='HB04', device=None, **options):
-        self.device = device or UhidPendant(model, **options)
+        self.device = device or (UsbPendant if IN_DISTRO else UhidPendant)(model, **options)
         self.path = None
-        self.eyes = None
+        self.reader = None
         self.event_node = None
         self.hidraw_node = None
+        self.frames_before = 0      # frames of the device before the driver began to count
+        self.held = (0, 0, 0)       # keys and selector of the last report
 
     # --- coming and going -----------------------------------------------------------------
 
     def plug(self, first_frame=True):
         """Plugs it in and waits until the driver has it (and the display its first frame)."""
-        frames = self.device.frame_count
+        self.frames_before = self.device.frame_count
         self.device.plug()
-        self.path = find.wait(self._driven, 10)
+        self.wait_bound()
+        if first_frame:
+            self.wait_first_frame()
+        return self
+
+    def wait_bound(self):
+        """Until the driver has it, with attributes and nodes."""
+        self.path = wait(self._driven)
         if not self.path:
             raise AssertionError('hid-xhc does not bind to %s' % self.device.phys)
-        if not find.wait(self._nodes, 10):
+        if not wait(self._nodes):
             raise AssertionError('no event or hidraw node for %s' % self.device.phys)
-        self.eyes = Eyes(self.event_node)
-        if first_frame and not self.device.wait_frames(frames + 1):
+        self.look_again()
+
+    def wait_first_frame(self):
+        if not self.device.wait_frames(self.frames_before + 1, PATIENCE):
             raise AssertionError('no first frame')
-        return self
 
     def _driven(self):
         path = find.hid_directory(self.device.phys)
@@ -115,24 +230,32 @@ class Rig:
         return (self.event_node and os.path.exists(self.event_node) and
                 self.hidraw_node and os.path.exists(self.hidraw_node))
 
+    def close_reader(self):
+        if self.reader:
+            self.reader.close()
+            self.reader = None
+
     def look_again(self):
         """Opens the event node anew: libevdev reads the keymap and the state only then."""
-        self.eyes.close()
-        self.eyes = Eyes(self.event_node)
+        self.close_reader()
+        self.reader = EvdevReader(self.event_node)
 
     def unplug(self):
-        if self.eyes:
-            self.eyes.close()
-            self.eyes = None
+        self.close_reader()
         self.device.detach()
-        if self.path and not find.wait(lambda: not os.path.exists(self.path), 10):
-            raise AssertionError('%s does not go away' % self.path)
+        self.wait_gone()
         self.path = None
+
+    def wait_gone(self):
+        """Until the kernel has noticed that the device has gone."""
+        if self.path and not wait(lambda: not os.path.exists(self.path)):
+            raise AssertionError('%s does not go away' % self.path)
 
     def unbind(self):
         write_file(DRIVER_DIR + '/unbind', os.path.basename(self.path))
 
     def bind(self):
+        self.frames_before = self.device.frame_count
         write_file(DRIVER_DIR + '/bind', os.path.basename(self.path))
 
     # --- sysfs ----------------------------------------------------------------------------
@@ -170,37 +293,68 @@ class Rig:
 
     def flush(self):
         """Sends a frame and waits for it; -> what the LCD shows"""
-        frames = self.device.frame_count
         self.set('flush', '1')
-        if not self.device.wait_frames(frames + 1):
-            raise AssertionError('flush sent no frame')
-        self.settle(0.02)           # a gadget sees requests by usbmon, a moment later
+        # the device's count is behind the driver's when it sees the requests by usbmon
+        assert self.device.wait_frames(self._frames_sent(), PATIENCE), 'flush sent no frame'
         return self.device.lcd.as_dict()
 
-    def shows(self, name, value, timeout=3.0):
+    def _frames_sent(self):
+        """Frames of the device that the driver knows of."""
+        return self.frames_before + self.stat('frames_sent')
+
+    def count_frames_anew(self):
+        """After a want of memory, in which usbmon drops requests that the driver has sent."""
+        count = self.device.frame_count
+        while self.device.wait_frames(count + 1, 0.5):
+            count = self.device.frame_count
+        self.frames_before = count - self.stat('frames_sent')
+
+    def shown(self, name):
+        """A value on the LCD, written as the driver's attribute has it; None: nothing is shown"""
+        if self.device.lcd is None:
+            return None
+        value = str(self.device.lcd.as_dict()[name])
+        return normal_number(value) if name in COORDINATES else value
+
+    def shows(self, name, value, timeout=PATIENCE):
         """Waits until the LCD shows it; -> whether it does"""
         return self.device.wait_for(
             lambda: self.device.lcd and self.device.lcd.as_dict()[name] == value, timeout)
 
-    def settle(self, quiet=0.3):
-        """Waits until no frame has come for a while; -> how many have come in all"""
-        count = self.device.frame_count
-        while self.device.wait_frames(count + 1, quiet):
-            count = self.device.frame_count
-        return count
+    def settle(self):
+        """Waits until the driver has nothing to send; -> how many frames have come in all
+
+        That is when the LCD shows what the attributes say, and the driver knows that it does.
+        """
+        assert wait(self._settled), 'the LCD does not show what the attributes say'
+        return self.device.frame_count
+
+    def _settled(self):
+        if self._frames_sent() != self.device.frame_count:
+            return False
+        wanted = {name: self.get(name) for name in DISPLAYED}
+        if wanted['day'] == 'auto':
+            wanted['day'] = str(time.gmtime().tm_mday)
+        return wanted == {name: self.shown(name) for name in DISPLAYED}
+
+    def no_more_frames(self, count, seconds=0.5):
+        """Whether `count` frames have come, and no other one in this time."""
+        return not self.device.wait_frames(count + 1, seconds) and self.device.frame_count == count
 
     # --- pendant --------------------------------------------------------------------------
 
     def report(self, key1=0, key2=0, selector=0, wheel=0, day=None):
         """One good input report, with the day of the last frame unless another is given."""
         day = self.device.pendant.day if day is None else day
+        self.held = (key1, key2, selector)
         self.device.report(bytes([4, key1, key2, selector, wheel & 0xFF, day ^ key1]))
 
     def asleep(self):
+        self.held = (0, 0, 0)
         self.device.report(bytes([4, 0, 0, 0, 0, 0]))
 
-    def packet(self, timeout=2.0):
-        return self.eyes.packet(timeout)
+    def packet(self, timeout=PATIENCE):
+        return self.reader.packet(timeout)
 
 
 def released(scan, name=None):
@@ -229,7 +383,7 @@ class Case(case.Case):
     """A test with the driver loaded; what it plugs in is unplugged behind it."""
 
     def set_up(self):
-        if not loaded():
+        if not loaded() and not IN_DISTRO:      # there udevd loads it
             load()
 
     def plug(self, model='HB04', first_frame=True, **options):
@@ -246,10 +400,10 @@ class Case(case.Case):
         """The next SYN_REPORT brings exactly these events."""
         assert rig.packet() == events
 
-    def assert_silent(self, rig, seconds=0.15):
-        """No event comes; a report that must make one proves that the node is alive."""
-        packet = rig.packet(seconds)
-        assert packet is None
+    def assert_silent(self, rig):
+        """What was sent last makes no event: the next one is that of a turn of the wheel."""
+        rig.report(*rig.held, wheel=1)
+        self.assert_packet(rig, turned(1))
 
 
 class KernelLog:

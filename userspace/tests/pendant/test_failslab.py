@@ -32,7 +32,7 @@ class TestWalk(FaultCase):
             '%s %d' % item for item in sorted(outcomes.items()))))
 
     def works(self, pendant):
-        pendant.settle()
+        pendant.count_frames_anew()
         pendant.look_again()
         pendant.report(1)
         self.assert_packet(pendant, pressed(1))
@@ -43,8 +43,7 @@ class TestWalk(FaultCase):
 
     def bind_walk(self, pendant, least):
         """The probe runs in the thread that writes to bind."""
-        pendant.eyes.close()
-        pendant.eyes = None
+        pendant.close_reader()
         pendant.unbind()
         bound = []
 
@@ -62,8 +61,7 @@ class TestWalk(FaultCase):
         assert outcomes.get('ENOMEM', 0) > 10
         assert bound
         pendant.bind()
-        assert find.wait(pendant._nodes)
-        pendant.eyes = rig.Eyes(pendant.event_node)
+        pendant.wait_bound()
         self.works(pendant)
 
     def test_probe_uhid(self):
@@ -82,7 +80,7 @@ class TestWalk(FaultCase):
 
         def after(failure):
             os.close(fds.pop())
-            find.wait(lambda: find.hid_directory(device.phys) is None)
+            assert rig.wait(lambda: find.hid_directory(device.phys) is None)
             fds.append(os.open('/dev/uhid', os.O_RDWR))
 
         fds.append(os.open('/dev/uhid', os.O_RDWR))
@@ -95,8 +93,7 @@ class TestWalk(FaultCase):
     def test_unbind(self):
         """Going away must not need memory."""
         pendant = self.plug()
-        pendant.eyes.close()
-        pendant.eyes = None
+        pendant.close_reader()
 
         def after(failure):
             if failure is None:
@@ -105,8 +102,7 @@ class TestWalk(FaultCase):
 
         count, outcomes = walk(pendant.unbind, after)
         self.report('unbind', count, outcomes)
-        find.wait(pendant._nodes)
-        pendant.eyes = rig.Eyes(pendant.event_node)
+        pendant.wait_bound()
         self.works(pendant)
 
     def test_write(self):
@@ -157,8 +153,8 @@ class TestWalk(FaultCase):
         device = UhidPendant('HB04')
         device.plug()
         self.add_cleanup(device.unplug)
-        path = find.wait(lambda: find.hid_directory(device.phys))
-        assert find.wait(lambda: find.driver(path))
+        path = rig.wait(lambda: find.hid_directory(device.phys))
+        assert rig.wait(lambda: find.driver(path))
 
         def after(failure):
             assert rig.loaded() == (failure is None), failure
@@ -171,7 +167,7 @@ class TestWalk(FaultCase):
         self.report('insmod', count, outcomes)
         assert count > 100
         rig.load()
-        assert find.wait(lambda: find.driver(path) == 'hid-xhc')
+        assert rig.wait(lambda: find.driver(path) == 'hid-xhc')
 
     def test_open_and_ioctl(self):
         pendant = self.plug()
@@ -201,6 +197,7 @@ class TestWorker(FaultCase):
         assert failed > 5
         assert results.count(None) > 1
         assert pendant.stat('frame_errors') >= failed
+        pendant.count_frames_anew()
         pendant.set('work_x', '1')
         assert pendant.flush()['work_x'] == '1.0000'
 

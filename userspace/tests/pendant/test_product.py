@@ -28,7 +28,7 @@ def xhc_sim(*arguments, script='', on_pendant=None):
                                stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     if on_pendant:
         thread = threading.Thread(
-            target=lambda: on_pendant(os.path.dirname(find.wait(lambda: glob.glob(HB04_GLOB))[0])))
+            target=lambda: on_pendant(os.path.dirname(rig.wait(lambda: glob.glob(HB04_GLOB))[0])))
         thread.start()
     out, errors = process.communicate(script, timeout=60)
     if on_pendant:
@@ -43,30 +43,35 @@ class TestScript(Case):
             with row(bus):
                 status, out, errors = xhc_sim(
                     *bus, '--timeout', '8000', '--script', '-',
-                    script='expect frames 1\nexpect work_x -220.334\nexpect state run+inch\n'
+                    script='expect work_x -220.334\nexpect state run+inch\n'
                            'expect faults none\nlcd\n',
-                    on_pendant=lambda path: (time.sleep(0.5),
-                                             write_file(path + '/dro/state', 'run+inch'),
+                    on_pendant=lambda path: (write_file(path + '/dro/state', 'run+inch'),
                                              write_file(path + '/dro/work_x', '-220.334')))
                 assert (status, errors) == (0, '')
                 assert '-220.3340' in out
                 assert 'RUN INCH' in out
-                assert find.wait(lambda: not glob.glob(HB04_GLOB))
+                assert rig.wait(lambda: not glob.glob(HB04_GLOB))
 
     def test_events(self):
-        """Keys, selector and wheel of a script come out of the event node in their order."""
+        """Keys, selector and wheel of a script come out of the event node in their order.
+
+        The script sees on the LCD when the reader is ready, and when it has read all.
+        """
         packets = []
 
         def listen(path):
-            node = find.wait(lambda: find.nodes(path)[0])
-            find.wait(lambda: os.path.exists(node))
-            eyes = rig.Eyes(node)
-            packets.extend(eyes.packet() for _ in range(7))
-            eyes.close()
+            node = rig.wait(lambda: find.nodes(path)[0])
+            assert rig.wait(lambda: os.path.exists(node))
+            reader = rig.EvdevReader(node)
+            write_file(path + '/dro/feedrate', '1')
+            packets.extend(reader.packet() for _ in range(7))
+            write_file(path + '/dro/feedrate', '2')
+            reader.close()
 
-        status, _, errors = xhc_sim('--script', '-', on_pendant=listen, script=(
-            'expect frames 1\nwait 1000\nkey Reset down\nselect x\nwheel +3\nkey Reset up\n'
-            'key stop press\nsleep\nwait 500\n'))
+        script = ('expect feedrate 1\nkey Reset down\nselect x\nwheel +3\nkey Reset up\n'
+                  'key stop press\nsleep\nexpect feedrate 2\n')
+        status, _, errors = xhc_sim('--timeout', '30000', '--script', '-', on_pendant=listen,
+                                    script=script)
         assert (status, errors) == (0, '')
         assert packets == [
             pressed(0x17), selected(0, 1), turned(3), released(0x17), pressed(0x16),
@@ -119,7 +124,7 @@ class TestTerminal(Case):
         self.add_cleanup(os.close, master)
         seen = b''
 
-        def read_until(text, timeout=10):
+        def read_until(text, timeout=rig.PATIENCE):
             nonlocal seen
             end = time.monotonic() + timeout
             while text not in seen and time.monotonic() < end:
@@ -131,19 +136,19 @@ class TestTerminal(Case):
             assert text in seen
 
         read_until(b'driver hid-xhc')
-        path = os.path.dirname(find.wait(lambda: glob.glob(HB04_GLOB))[0])
-        eyes = rig.Eyes(find.nodes(path)[0])
-        self.add_cleanup(eyes.close)
+        path = os.path.dirname(rig.wait(lambda: glob.glob(HB04_GLOB))[0])
+        reader = rig.EvdevReader(find.nodes(path)[0])
+        self.add_cleanup(reader.close)
         for typed, events in ((b'\x1b[C', turned(1)), (b'\x1b[D', turned(-1)),
                               (b'\x1b[A', selected(0, 1)), (b'a', pressed(1)),
                               (b'', released(1)), (b's', selected(1, 0))):
             os.write(master, typed)
-            assert eyes.packet() == events
+            assert reader.packet() == events
         write_file(path + '/dro/work_z', '-77.89')
         read_until(b'-77.8900')
         os.write(master, b'u')
         read_until(b'unplugged')
-        assert find.wait(lambda: not os.path.exists(path))
+        assert rig.wait(lambda: not os.path.exists(path))
         os.write(master, b'uq')
         _, status = os.waitpid(pid, 0)
         assert status == 0

@@ -361,7 +361,7 @@ class TestMonitor(ToolCase):
         follower, _ = self.start()
         event = rig.libevdev.EV_KEY.KEY_STOP.value
         entry = struct.pack('<BBHI4s28x', 0, 4, 0, event, struct.pack('<I', 0x16))
-        fcntl.ioctl(pendant.eyes.fd, 0x40284504, entry)
+        fcntl.ioctl(pendant.reader.fd, 0x40284504, entry)
         pendant.report(key1=0x16)
         assert self.next(follower) == dict(self.key(0x16, 'Stop', True),
                                                    code='KEY_STOP')

@@ -147,7 +147,7 @@ class TestReplay(FileCase):
         assert path
         node = find.wait(lambda: find.nodes(path)[0], 20)
         assert find.wait(lambda: os.path.exists(node), 20)
-        eyes = rig.Eyes(node)
+        eyes = rig.EvdevReader(node)
         self.add_cleanup(eyes.close)
         return eyes
 
