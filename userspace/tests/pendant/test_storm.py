@@ -2,15 +2,18 @@
 """Plugging and unplugging at any instant, hundreds of times, with everything in flight.
 
 What is looked for is in the verdict: no report of KASAN, lockdep or any other checker, no leak.
-The tests themselves only make sure that things did happen.
+The tests themselves only make sure that things did happen, and that all works afterwards. In
+Debian's kernels it is for a guest with two processors.
 """
 
 import glob
 import os
 import random
+import subprocess
 import threading
 import time
 
+import pytest
 import rig
 from raw_gadget import GadgetPendant
 from rig import Case
@@ -27,8 +30,15 @@ PAUSE = 0.004               # seconds between two doings of a thread: there is o
 READS = ('dro/position', 'dro/state', 'stats/reports', 'awake', 'model')
 
 
-class Crowd:
-    """Threads that use whatever pendant there is, from all sides, until told to stop."""
+# In an emulated machine all takes longer; there vhci_hcd needs up to 5 s of real time to give up a
+# transfer whose device has gone.
+ROUNDS = {'uhid': 80, 'usb': 8, 'module': 15} if rig.IN_DISTRO else {
+    'uhid': 300, 'usb': 120, 'module': 50}
+LEAST = 3 if rig.IN_DISTRO else 20      # frames, and what each of the users has done
+
+
+class StressUsers:
+    """Threads that use whatever pendant there is, from all sides."""
 
     def __init__(self, seed):
         self.dice = random.Random(seed)
@@ -45,7 +55,19 @@ class Crowd:
     def __exit__(self, *_):
         self.stop.set()
         for thread in self.threads:
-            thread.join(30)
+            thread.join(rig.PATIENCE)
+        assert not any(thread.is_alive() for thread in self.threads), 'a user hangs'
+
+    def have_done(self, *names):
+        """Whether each of them has done something a few times; all, without names"""
+        return all(self.counts[name] > LEAST for name in names or self.counts)
+
+    def rounds(self, number, *names):
+        """As many rounds; more, up to ten times, until all (of these) have done enough."""
+        for done in range(10 * number):
+            if done >= number and self.have_done(*names):
+                return
+            yield done
 
     def _run(self, work):
         while not self.stop.is_set():
@@ -55,7 +77,7 @@ class Crowd:
                     work(self.dice.choice(pendants))
                 except OSError:
                     pass                    # gone: that is what this is about
-            time.sleep(0.004)
+            time.sleep(PAUSE)
 
     def _write(self, path):
         name, text = self.dice.choice(WRITES)
@@ -97,19 +119,20 @@ def shake(device, dice, seconds):
         time.sleep(0.002)
 
 
+LIFE = 5 if rig.IN_DISTRO else 1        # seconds until a pendant has shown a frame, or never will
 FAULTS = ('none', 'none', 'none', 'stall', 'timeout', 'slow:5', 'unplug')
 
 
 class TestStorm(Case):
-    def cycles(self, make, seed, number, longest):
-        """Plugs make() in and out `number` times; -> frames that came"""
+    def cycles(self, make, users, seed, number, longest):
+        """Plugs make() in and out, at least `number` times; -> frames that came"""
         dice, frames = random.Random(seed), 0
-        for _ in range(number):
+        for _ in users.rounds(number):
             device = make(dice)
             device.set_fault(dice.choice(FAULTS), skip=dice.randrange(14))
             device.plug()
             if dice.random() < 0.5:             # half of them live to show a frame
-                device.wait_for(lambda: device.frame_count or not device.plugged, 1)
+                device.wait_for(lambda: device.frame_count or not device.plugged, LIFE)
             shake(device, dice, dice.random() * longest)
             dice.choice([device.unplug, device.detach, getattr(device, 'crash', device.unplug)])()
             frames += device.frame_count
@@ -117,7 +140,7 @@ class TestStorm(Case):
 
     def calm(self):
         """Afterwards all is as before: no device is left, and a new pendant works."""
-        assert find.wait(lambda: not glob.glob(HID_GLOB), 30)
+        assert rig.wait(lambda: not glob.glob(HID_GLOB))
         pendant = self.plug()
         pendant.report(1)
         self.assert_packet(pendant, rig.pressed(1))
@@ -126,39 +149,43 @@ class TestStorm(Case):
         pendant.unplug()
 
     def storm(self, make, threads, number, longest, seed):
+        """`number` pendants, by this many threads."""
         frames = []
-        with Crowd(seed) as crowd:
-            workers = [threading.Thread(target=lambda n=n: frames.append(
-                self.cycles(make, seed + n, number, longest))) for n in range(threads)]
+        with StressUsers(seed) as users:
+            workers = [threading.Thread(target=lambda n=n: frames.append(self.cycles(
+                make, users, seed + n, number // threads, longest))) for n in range(threads)]
             for worker in workers:
                 worker.start()
             for worker in workers:
                 worker.join()
         assert len(frames) == threads
-        print('    %d cycles: %d frames, %s' % (threads * number, sum(frames), ', '.join(
-            '%d %s' % (count, what) for what, count in crowd.counts.items())))
-        for what, count in crowd.counts.items():
-            assert count > 20, what
-        assert sum(frames) > 20
+        print('    %d frames, %s' % (sum(frames), ', '.join(
+            '%d %s' % (count, what) for what, count in users.counts.items())))
+        assert users.have_done(), users.counts
+        assert sum(frames) > LEAST
         self.calm()
 
     def test_uhid_one_after_the_other(self):
-        self.storm(lambda dice: UhidPendant(dice.choice(list(MODELS))), 1, 300, 0.06, 100)
+        self.storm(lambda dice: UhidPendant(dice.choice(list(MODELS))), 1, ROUNDS['uhid'], 0.06,
+                   100)
 
+    @pytest.mark.distro
     def test_uhid_four_at_once(self):
-        self.storm(lambda dice: UhidPendant(dice.choice(list(MODELS))), 4, 75, 0.10, 200)
+        self.storm(lambda dice: UhidPendant(dice.choice(list(MODELS))), 4, ROUNDS['uhid'], 0.10,
+                   200)
 
+    @pytest.mark.distro
     def test_usb(self):
-        self.storm(lambda dice: UsbPendant(dice.choice(list(MODELS))), 2, 60, 0.3, 300)
+        self.storm(lambda dice: UsbPendant(dice.choice(list(MODELS))), 2, ROUNDS['usb'], 0.3, 300)
 
     def test_raw_gadget(self):
         def make(dice):
             device = GadgetPendant(dice.choice(list(MODELS)))
             device.set_fault = lambda *_, **__: None        # it answers or is gone
             return device
-        with Crowd(400) as crowd:
+        with StressUsers(400) as users:
             dice, frames = random.Random(400), 0
-            for _ in range(25):
+            for _ in users.rounds(25, 'writes'):
                 device = make(dice)
                 device.plug()
                 if device.configured.wait(5):
@@ -171,7 +198,7 @@ class TestStorm(Case):
                 frames += device.frame_count
                 device.unplug()
         assert frames > 5
-        assert crowd.counts['writes'] > 20
+        assert users.have_done('writes')
         self.calm()
 
 
@@ -190,17 +217,17 @@ class TestDriver(Case):
         shaker = threading.Thread(target=shake_on)
         shaker.start()
         try:
-            with Crowd(seed) as crowd:
-                for _ in range(number):
-                    time.sleep(dice.random() * 0.03)
+            with StressUsers(seed) as users:
+                for _ in users.rounds(number, 'writes'):
+                    time.sleep(dice.random() * LIFE / 30)
                     go(name)
                     come(name)
         finally:
             stop.set()
-            shaker.join(10)
-        assert crowd.counts['writes'] > 20
-        assert find.wait(lambda: os.path.exists(pendant.path + '/dro'))
-        assert pendant.device.frame_count > 20
+            shaker.join(rig.PATIENCE)
+        assert users.have_done('writes')
+        pendant.wait_bound()
+        assert pendant.device.frame_count > LEAST
         pendant.asleep()
         pendant.set('work_y', '1')
         assert pendant.flush()['work_y'] == '1.0000'
@@ -210,8 +237,10 @@ class TestDriver(Case):
         self.around(lambda name: rig.write_file(rig.DRIVER_DIR + '/unbind', name),
                     lambda name: rig.write_file(rig.DRIVER_DIR + '/bind', name), 150, 500)
 
+    @pytest.mark.distro
     def test_loaded_and_unloaded(self):
-        self.around(lambda _: self.unload(), lambda _: rig.load(), 50, 600)
+        self.around(lambda _: self.unload(), lambda _: rig.load(), ROUNDS['module'],
+                    600)
 
     @staticmethod
     def unload():
@@ -220,7 +249,6 @@ class TestDriver(Case):
             try:
                 rig.unload()
                 return True
-            except OSError:
+            except (OSError, subprocess.CalledProcessError):
                 return False
-        if not find.wait(once, 10):
-            raise AssertionError('the module does not unload')
+        assert rig.wait(once), 'the module does not unload'
