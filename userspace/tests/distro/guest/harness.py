@@ -16,7 +16,7 @@ from xhc_sim.usb import UsbPendant
 
 BIND_TIME = 60.0        # udevd and modprobe in an emulated machine: seconds, not milliseconds
 EVENT_TIME = 10.0
-PAUSE = 0.05                # between two looks: they cost those time who are waited for
+PAUSE = 0.05                # between two looks, which take time from what is waited for
 TRACING = '/sys/kernel/tracing'
 
 
@@ -43,6 +43,14 @@ def command(*words):
     assert done.returncode == 0, ('%s: status %d: %s' % (' '.join(words), done.returncode,
                                                       done.stdout[-300:]))
     return done.stdout
+
+
+def is_running(pid):
+    """Whether a process has any files left: not one that has ended, reaped or not."""
+    try:
+        return read_file('/proc/%d/stat' % pid).rpartition(')')[2].split()[0] not in 'XZ'
+    except OSError:
+        return False
 
 
 def read_file(path):
@@ -80,7 +88,7 @@ def jiffies():
 def live_allocations(places, since=0):
     """Lines of the kernel about objects that live and that our modules' code has asked kmalloc for.
 
-    places: {module: [what module_addresses() said of it, each time that it was loaded]}. since:
+    places: {module: [its module_addresses(), each time that it was loaded]}. since:
     jiffies when the first one was loaded; what is older is of the init code of a module that was in
     such a place before. Needs slub_debug=U. A line is "COUNT CALLER [MODULE] ... age=...", and when
     the module has gone "COUNT 0xADDRESS".
@@ -105,6 +113,23 @@ def check_no_allocations(places, what, since=0):
         raise AssertionError('%s: memory is left: %r' % (what, live_allocations(places, since)))
 
 
+def unload_modules(*names):
+    """Not before udevd is done with the last device, or it may load them again.
+
+    Whatever had a file of theirs open may be about to close it.
+    """
+    settle()
+
+    def gone():
+        done = subprocess.run(['modprobe', '-r', *names], stdout=subprocess.PIPE,
+                              stderr=subprocess.STDOUT, text=True, check=False)
+        assert done.returncode == 0 or re.search('in use|temporarily unavailable', done.stdout), \
+            done.stdout
+        return done.returncode == 0
+
+    wait_for(gone, 'end of ' + ', '.join(names), BIND_TIME)
+
+
 class Module:
     """A module that udev or the kernel loads when there is need, and what it leaves behind."""
 
@@ -122,10 +147,8 @@ class Module:
         command('modprobe', self.name)
 
     def unload(self):
-        """Not before udevd is done with the last device, or it may load it again."""
         addresses = module_addresses(self.name)
-        settle()
-        command('modprobe', '-r', self.name)
+        unload_modules(self.name)
         check_no_allocations({self.name: [addresses]}, 'the module has gone', self.since)
 
     def allocations(self):
@@ -136,15 +159,40 @@ hid_xhc = Module('hid_xhc')
 
 
 def settle():
-    """Until udevd has nothing to do. That of bookworm at times hangs up on who asks: once more."""
+    """Until udevd has processed all events. It may hang up on udevadm, which then asks again.
+
+    A storm's hundreds of events take minutes on a busy host: the test's own limit comes first.
+    """
     def done():
-        found = subprocess.run(['udevadm', 'settle', '--timeout=150'], stdout=subprocess.PIPE,
+        found = subprocess.run(['udevadm', 'settle', '--timeout=600'], stdout=subprocess.PIPE,
                                stderr=subprocess.STDOUT, text=True, check=False)
-        assert found.returncode == 0 or 'reply: Broken pipe' in found.stdout, \
-            'udevadm settle: status %d: %s' % (found.returncode, found.stdout)
+        assert found.returncode == 0 or 'reply: Broken pipe' in found.stdout, (
+            'udevadm settle: status %d: %s%s' % (found.returncode, found.stdout, udevd_state()))
         return found.returncode == 0
 
-    wait_for(done, 'answer of udevd')
+    wait_for(done, 'answer of udevd', BIND_TIME)
+
+
+def trigger(*paths):
+    """Has udevd process devices again. (`udevadm trigger --settle` of 252 to 254 may hang.)"""
+    command('udevadm', 'trigger', *paths)
+    settle()
+
+
+def udevd_state():
+    """What udevd and its workers are doing, for a failure's message."""
+    lines = []
+    for path in glob.glob('/proc/[0-9]*/comm'):
+        if read_file(path).strip() in ('systemd-udevd', 'udevadm', '(udev-worker)'):
+            place = os.path.dirname(path)
+            lines.append('%s: %s' % (place, read_file(place + '/stat').split(') ')[1]))
+            for name in ('wchan', 'syscall', 'stack'):
+                try:
+                    lines.append('  %s: %s' % (name, read_file('%s/%s' % (place, name)).strip()))
+                except OSError as error:
+                    lines.append('  %s: %s' % (name, error))
+    lines.append('queue: %s' % os.path.exists('/run/udev/queue'))
+    return '\n'.join(lines)
 
 
 def udev_properties(node):

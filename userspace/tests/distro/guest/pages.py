@@ -2,7 +2,7 @@
 """What a document tells its reader to type.
 
 Lines of a fenced block that begin with "$ " are for a member of the group dialout, with "# " for
-root; three blanks end them, and what stands behind is a word about it. Lines below, up to the next
+root; three blanks end them, and a comment may follow. Lines below, up to the next
 one, are what is printed. A block marked "python" is a program for a member of the group.
 """
 
@@ -12,11 +12,11 @@ from collections import namedtuple
 PROMPTS = {'$ ': 'member', '# ': 'root'}
 
 # block: a number, the same for what stands in one block
-Command = namedtuple('Command', 'who text shown block')
+Command = namedtuple('Command', 'user text shown block')
 
 
 def blocks(text):
-    """[(word behind the fence, lines), ...]"""
+    """[(language of the fence, lines), ...]"""
     return [(info, body.splitlines()) for info, body in
             re.findall(r'^```(\w*)\n(.*?)^```$', text, re.DOTALL | re.MULTILINE)]
 

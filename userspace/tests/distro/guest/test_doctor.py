@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """doctor where it is used: with DKMS, udev and a kernel of Debian's, and a fault planted in each.
 
-Every fault goes with a look before it, when all is well; where doctor gives a line that mends it
-and that can be typed here, it is typed, and all is well again. Faults of a device that want more
-than this are in check-uml's test_doctor.
+Before each fault doctor finds nothing; where it prints a line that fixes the fault and that can be
+typed here, it is typed, and doctor finds nothing again. Other faults of a device are in
+tests/tools/test_doctor.py.
 """
 
 import contextlib
@@ -11,16 +11,15 @@ import fcntl
 import glob
 import json
 import os
-import shutil
 import struct
 import subprocess
 
 import pytest
-from access import DIALOUT, wait_access
+from permissions import DIALOUT, wait_access
 from harness import (BIND_TIME, Plugged, command, hid_xhc, module_loaded, read_file, settle,
-                     wait_for, write_file)
-from heads import CLASS, module
-from virtual import Virtual, sim
+                     unload_modules, wait_for, write_file)
+from serial_head import CLASS, module
+from virtual_head import VirtualHead, sim
 
 PACKAGE = 'xhc-xy3'
 KERNEL = os.uname().release
@@ -48,7 +47,7 @@ def well(tool):
 
 
 def check_found(tool, **wanted):
-    """These and no others; id=(a part of the text, a part of the line that mends it)"""
+    """These and no others; id=(a part of the text, a part of the line that fixes it)"""
     found = look(tool)
     assert sorted(found) == sorted(wanted), 'what %s doctor finds: %r' % (tool, found)
     for name, parts in wanted.items():
@@ -57,7 +56,7 @@ def check_found(tool, **wanted):
 
 
 def type_line(line):
-    """What doctor says, as its reader would type it; here is no sudo."""
+    """What doctor prints, as its reader would type it; there is no sudo here."""
     command('sh', '-c', line.replace('sudo ', ''))
 
 
@@ -84,7 +83,7 @@ def pendant():
 @contextlib.contextmanager
 def head():
     module.will_come()
-    with Virtual(lines=2, framing='cs') as virtual, virtual.attached():
+    with VirtualHead(lines=2, framing='cs') as virtual, virtual.attached():
         wait_access(virtual.path('.'))
         yield virtual
 
@@ -98,32 +97,37 @@ def test_doctor_finds_missing_headers():
 
 
 @contextlib.contextmanager
-def kept(*folders):
-    """What is in them is there again afterwards."""
-    for number, folder in enumerate(folders):
-        shutil.copytree(folder, '/tmp/kept-%d' % number, symlinks=True)
+def kept(*paths):
+    """These files and folders are as they were afterwards."""
+    for number, path in enumerate(paths):
+        copy = '/tmp/kept-%d' % number
+        command('cp', '-a', path, copy)
     try:
         yield
     finally:
-        for number, folder in enumerate(folders):
-            shutil.rmtree(folder, ignore_errors=True)
-            shutil.copytree('/tmp/kept-%d' % number, folder, symlinks=True)
-        command('depmod')
+        for number, path in enumerate(paths):
+            command('rm', '-rf', path)
+            command('mv', '/tmp/kept-%d' % number, path)
 
 
 def test_doctor_finds_modules_that_dkms_has_only_added():
-    """As with a new kernel that came without headers. To build them again would take too long."""
+    """As with a new kernel that came without headers.
+
+    To build them again would take too long, and so would depmod: its index loses the lines of our
+    modules here, and gets them back.
+    """
     if module_loaded('hid_xhc'):
         hid_xhc.unload()
     version, = map(os.path.basename, glob.glob('/var/lib/dkms/%s/[0-9]*' % PACKAGE))
-    with kept('/var/lib/dkms/' + PACKAGE, MODULES + '/updates'):
-        command('dkms', 'unbuild', '%s/%s' % (PACKAGE, version), '-k', KERNEL)
-        assert ': added' in command('dkms', 'status', PACKAGE), 'the state is not "added"'
+    index = MODULES + '/modules.dep'
+    with kept('/var/lib/dkms/' + PACKAGE, MODULES + '/updates', index):
+        command('dkms', 'unbuild', '%s/%s' % (PACKAGE, version), '-k', KERNEL, '--no-depmod')
+        command('sed', '-i', '/^updates/d', index)
+        assert ': added' in command('dkms', 'status', PACKAGE)
         found = look('xhcctl')
-        assert sorted(found) == ['dkms', 'driver', 'module'], 'what is found: %r' % found
-        assert 'sudo dkms install %s/%s -k %s' % (PACKAGE, version, KERNEL) in found['dkms'][1], \
-            'the line that mends it: %r' % (found['dkms'],)
-        assert 'has no module hid-xhc' in found['module'][0], 'the module: %r' % (found['module'],)
+        assert sorted(found) == ['dkms', 'driver', 'module']
+        assert 'sudo dkms install %s/%s -k %s' % (PACKAGE, version, KERNEL) in found['dkms'][1]
+        assert 'has no module hid-xhc' in found['module'][0]
     with pendant():
         pass
 
@@ -172,7 +176,7 @@ def test_doctor_finds_a_program_that_holds_the_pendant():
         finally:
             os.close(fd)
         before = plugged.usb.frame_count
-        type_line(mend.split(' && ', 1)[1])     # killed is who held it already
+        type_line(mend.split(' && ', 1)[1])     # the holder is gone already
         plugged.wait_bound(before)
 
 
@@ -192,14 +196,14 @@ def test_doctor_finds_a_pendant_without_driver():
 # --- scanheads ---------------------------------------------------------------------------------
 
 def test_doctor_finds_another_number_of_the_line_discipline():
-    command('modprobe', '-r', 'xy3-sim', 'xy3-spi', 'xy3')
+    unload_modules('xy3-sim', 'xy3-spi', 'xy3')
     command('modprobe', 'xy3', 'ldisc=28')
     try:
         text, mend = look('xy3ctl')['ldisc']
         assert 'number 28 instead of 29' in text, text
         assert '-n -1 28' in mend, mend
     finally:
-        command('modprobe', '-r', 'xy3')
+        unload_modules('xy3')
     module.load()
     assert 'ldisc' not in look('xy3ctl'), 'it is found with the right number, too'
 
@@ -208,7 +212,8 @@ def test_doctor_finds_a_head_at_another_rate():
     with head() as virtual:
         well('xy3ctl')
         device = os.path.basename(virtual.spi)
-        write_file('/sys/bus/spi/drivers/xy3-spi/unbind', device)   # else the head would be told
+        # bound, it would send the rate to the head
+        write_file('/sys/bus/spi/drivers/xy3-spi/unbind', device)
         write_file(CLASS + '/xy3-0/rate', '57600')
         found = wait_for(lambda: look('xy3ctl').get('back'), 'it is found', BIND_TIME)
         assert '57600' in found[0], found[0]

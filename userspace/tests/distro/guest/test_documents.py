@@ -1,16 +1,18 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Every command of the documents, typed in their order, with the devices that they speak of."""
+"""Every command of the documents, typed in their order, with the devices that they are about."""
 
 import contextlib
 import glob
 import os
 
 import pytest
-from access import DIALOUT, wait_access
-from harness import BIND_TIME, Plugged, command, error_of, read_file, settle, wait_for, write_file
-from heads import CLASS, DEVICES, STICK, heads, ldattach_pids, module, peer, plug, unplug
-from typed import Document
-from virtual import SIM, UART, Virtual, sim
+from head_rig import error_name
+from permissions import DIALOUT, wait_access
+from harness import (BIND_TIME, Plugged, command, read_file, settle, unload_modules, wait_for,
+                     write_file)
+from serial_head import CLASS, DEVICES, STICK, heads, module, peer, plug, stop_ldattach, unplug
+from typed_document import Document
+from virtual_head import SIM, UART, VirtualHead, sim
 
 ATTACH = 'xy3ctl attach --daemon /dev/ttyXY3SIM0'
 
@@ -43,7 +45,7 @@ def wait_head(head):
 
 @contextlib.contextmanager
 def head(**parameters):
-    with Virtual(**parameters) as virtual:
+    with VirtualHead(**parameters) as virtual:
         wait_head(virtual)
         yield virtual
 
@@ -52,14 +54,13 @@ def head(**parameters):
 def head_by(document, text):
     """The virtual head that the document's own command makes"""
     document.run(text)
-    virtual = Virtual()
+    virtual = VirtualHead()
     try:
         virtual.spi = '/sys/bus/spi/devices/' + sim('devices').split()[1]
         wait_head(virtual)
         yield virtual
     finally:
-        settle()
-        command('modprobe', '-r', 'xy3-sim')
+        unload_modules('xy3-sim')
 
 
 @contextlib.contextmanager
@@ -74,7 +75,7 @@ def attached_by(document, text):
 
 
 def work(plugged):
-    """Hands on a pendant: selector to X, STEP++ down, three detents, all up again"""
+    """Work a pendant: selector to X, STEP++ down, three detents, all up again"""
     plugged.usb.select(0x11)
     plugged.usb.press(0x0D)
     plugged.usb.turn(3)
@@ -222,8 +223,9 @@ def test_page_on_scanheads():
 
 def head_by_tool(document, virtual):
     assert 'xy3-0' in document.run('xy3ctl list'), 'xy3-0 in the list'
-    wait_for(lambda: error_of(read_file, virtual.path('serial')) == 0, 'who it is', BIND_TIME)
-    assert 'Virtual' in document.run('xy3ctl show'), 'who it is'
+    wait_for(lambda: error_name(read_file, virtual.path('serial')) is None, 'the serial number',
+             BIND_TIME)
+    assert 'Virtual' in document.run('xy3ctl show')
     document.follow('xy3ctl watch', lambda: None, 'in_sync', 'temperature/head')
     document.follow('xy3ctl packets --raw', lambda: None, 'temperatures head=')
     document.run('xy3ctl goto x=524288 y=524288')
@@ -252,12 +254,11 @@ def head_on_a_stick(document):
     try:
         document.run('ldattach -s 115200 -8 -n -1 29 /dev/ttyUSB0')
         wait_for(heads, 'head', BIND_TIME)
-        peer.ask(STICK, 'report', 'sync', 'sync')
+        peer.request(STICK, 'report', 'sync', 'sync')
         wait_for(lambda: read_file(CLASS + '/xy3-0/in_sync') == '1\n', 'sync', BIND_TIME)
         document.shows('cat /sys/class/xy3/xy3-0/in_sync')
     finally:
-        for pid in ldattach_pids(DEVICES[STICK]):
-            os.kill(pid, 15)
+        stop_ldattach(DEVICES[STICK])
         wait_for(lambda: not heads(), 'end of the head', BIND_TIME)
         unplug(STICK)
     document.file('cat /etc/udev/rules.d/69-my-heads.rules')
@@ -265,7 +266,7 @@ def head_on_a_stick(document):
 
 
 def head_on_spidev(document):
-    with Virtual(driver=None, modalias='spidev'):
+    with VirtualHead(driver=None, modalias='spidev'):
         names = [('spi0.0', sim('devices').split()[1])]
         document.run('modprobe xy3-spi')
         for text in ('echo xy3-spi > /sys/bus/spi/devices/spi0.0/driver_override',

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Secure Boot is on, and the owner's key is enrolled that DKMS has signed our modules with.
+"""Secure Boot is on, and the owner has enrolled the key that DKMS has signed our modules with.
 
-Debian's kernel is locked down then: it takes no other modules, and lets nobody write to debugfs.
+Debian's kernel is locked down then: it takes no other modules, and refuses writes to debugfs.
 That key is an own one: what DKMS makes for itself is in the tree as well, and not enrolled.
 """
 
@@ -12,8 +12,8 @@ import os
 import shutil
 import subprocess
 
-from harness import Plugged, command, error_of, module_loaded, read_file, settle, write_file
-from virtual import SIM, Virtual
+from harness import Plugged, command, error_of, module_loaded, read_file, unload_modules, write_file
+from virtual_head import SIM, VirtualHead
 
 EFI_VARIABLES = '/sys/firmware/efi/efivars'
 SECURE_BOOT = EFI_VARIABLES + '/SecureBoot-8be4df61-93ca-11d2-aa0d-00e098032b8c'
@@ -93,16 +93,15 @@ def test_pendant_works():
         pendant.usb.press(0x01)
         assert pendant.events.report() == ['MSC_SCAN 1', 'BTN_TRIGGER_HAPPY1 1']
         assert signatures('xhcctl') == []
-    settle()
-    command('modprobe', '-r', 'hid-xhc')
+    unload_modules('hid-xhc')
 
 
 def test_head_works():
-    with Virtual(lines=4, framing='line') as head:
+    with VirtualHead(lines=4, framing='line') as head:
         head.set('out_angl0_raw', 524288)
         assert head.positions(20)[0] == 524288
         with head.attached():
             assert signatures('xy3ctl') == []
-        # what the documents say of the virtual head
+        # as documented for the virtual head
         assert error_of(write_file, SIM + 'report', '1') == errno.EPERM
-    command('modprobe', '-r', 'xy3-spi', 'xy3')
+    unload_modules('xy3-spi', 'xy3')

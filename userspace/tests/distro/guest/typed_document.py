@@ -10,7 +10,7 @@ import signal
 import subprocess
 import tempfile
 
-from access import DIALOUT, NOBODY
+from permissions import DIALOUT, NOBODY
 from harness import BIND_TIME, find, read_file
 from pages import commands
 
@@ -45,7 +45,7 @@ class Document:
         assert self.left, '%s: no command %r' % (self.name, text)
         command = self.left.pop(0)
         if text is None:
-            assert command.who == 'program', 'in %s: %r' % (self.name, command.text)
+            assert command.user == 'program', 'in %s: %r' % (self.name, command.text)
         else:
             assert command.text == text, 'next command of ' + self.name
         if command.block != self.block:
@@ -53,8 +53,8 @@ class Document:
         return command
 
     def start(self, command, text, **options):
-        words = ['sh', '-c', text] if command.who != 'program' else ['python3', '-u', '-c', text]
-        if command.who != 'root':
+        words = ['sh', '-c', text] if command.user != 'program' else ['python3', '-u', '-c', text]
+        if command.user != 'root':
             words = MEMBER + words
         return subprocess.Popen(words, cwd=self.folder, stderr=subprocess.STDOUT,
                                 stdin=subprocess.DEVNULL, start_new_session=True,
@@ -62,7 +62,7 @@ class Document:
 
     def finish(self, command, text, status=0):
         """To its end -> what it prints"""
-        # not by a pipe: who goes on in the background keeps it open
+        # not by a pipe, which a program in the background would keep open
         with tempfile.TemporaryFile('w+', encoding='utf-8') as file:
             process = self.start(command, text, stdout=file)
             try:
@@ -129,8 +129,8 @@ class Document:
         self.follow(None, act, *words)
 
     def elsewhere(self, *texts, test):
-        """Commands that cannot be typed here; `test` names who does what they do."""
-        assert test, 'nobody'
+        """Commands that cannot be typed here; `test` names where they are tested."""
+        assert test, 'no test'
         for text in texts:
             self.next(text)
 

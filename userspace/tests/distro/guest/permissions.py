@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Who may use the files and nodes of a device, by the ids of users."""
+"""Access to the files and nodes of a device, by the ids of users."""
 
 import contextlib
 import errno
@@ -15,7 +15,7 @@ DIALOUT = grp.getgrnam('dialout').gr_gid
 
 @contextlib.contextmanager
 def user(*groups):
-    """All of this process is somebody without rights, in these groups, for a while."""
+    """For a while all of this process is an unprivileged user in these groups."""
     os.setgroups(groups)
     os.setegid(NOBODY)
     os.seteuid(NOBODY)
@@ -84,7 +84,7 @@ def wait_access(directory):
 
 
 def check_node(node):
-    """For the group, and by udev's tag for who sits at the machine."""
+    """For the group, and by udev's tag for the user at the seat."""
     def found():
         state = os.stat(node)
         return '%o, group %d' % (state.st_mode & 0o667, state.st_gid)

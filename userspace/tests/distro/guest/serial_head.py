@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""What the scanhead's tests share: the far side of the serial lines, and an attached head."""
+"""Heads at the far ends of the guest's serial lines, and what is read of them."""
 
 import fcntl
 import glob
@@ -10,19 +10,15 @@ import select
 import signal
 import struct
 import subprocess
-import time
 
-import pytest
-from harness import BIND_TIME, EVENT_TIME, Module, command, find, read_file, wait_for, write_file
+from harness import (BIND_TIME, EVENT_TIME, Module, command, find, is_running, read_file, wait_for,
+                     write_file)
+from head_rig import CLASS, LDISC
 
-LDISC = 29
 UART = 'uart'           # the 8250
 STICK = 'stick'         # the FTDI stick
 PORTS = (UART, STICK)
 DEVICES = {UART: '/dev/ttyS1', STICK: '/dev/ttyUSB0'}
-CLASS = '/sys/class/xy3'
-on_both_ports = pytest.mark.parametrize('port', PORTS)
-RATES = (57600, 115200, 230400, 460800, 921600)
 
 TIOCSETD = 0x5423
 TIOCGSERIAL, TIOCSSERIAL = 0x541E, 0x541F
@@ -31,20 +27,20 @@ BAUD_BASE = 28          # where in it
 
 
 class Peer:
-    """The heads at the far ends; distro/serial-peer says what can be wished for."""
+    """The heads at the far ends; distro/serial-peer lists the requests."""
 
     def __init__(self):
         self.control = None
         self._text = b''
 
-    def tell(self, port, wish, *values, **settings):
-        """Without waiting for the answer: hear() has it."""
+    def send_request(self, port, name, *values, **settings):
+        """Without waiting for the answer: receive() returns it."""
         if not self.control:
             self.control = open('/dev/virtio-ports/control', 'r+b', buffering=0)
-        text = json.dumps({'do': wish, 'port': port, 'values': values, **settings})
+        text = json.dumps({'do': name, 'port': port, 'values': values, **settings})
         self.control.write(text.encode() + b'\n')
 
-    def hear(self):
+    def receive(self):
         while b'\n' not in self._text:
             self._text += self.control.read(65536)
         text, self._text = self._text.split(b'\n', 1)
@@ -53,16 +49,16 @@ class Peer:
             raise AssertionError('peer: %s' % answer['error'])
         return answer['value']
 
-    def ask(self, port, wish, *values, **settings):
-        self.tell(port, wish, *values, **settings)
-        return self.hear()
+    def request(self, port, name, *values, **settings):
+        self.send_request(port, name, *values, **settings)
+        return self.receive()
 
-    def hear_all(self):
+    def receive_all(self):
         """The answers that are there. -> how many"""
         count = 1
-        self.hear()
+        self.receive()
         while b'\n' in self._text:
-            self.hear()
+            self.receive()
             count += 1
         return count
 
@@ -74,13 +70,13 @@ def plug(port, **settings):
     """A head on the line, and for the stick the stick itself."""
     if port == STICK:
         command('modprobe', 'xhci-pci')
-    peer.ask(port, 'plug', **settings)
+    peer.request(port, 'plug', **settings)
     if port == STICK:
         wait_for(lambda: os.path.exists(DEVICES[STICK]), 'stick', BIND_TIME)
 
 
 def unplug(port):
-    peer.ask(port, 'unplug')
+    peer.request(port, 'unplug')
     if port == STICK:
         wait_for(lambda: not os.path.exists(DEVICES[STICK]), 'end of the stick', BIND_TIME)
 
@@ -95,12 +91,18 @@ def set_clock(highest):
         fcntl.ioctl(fd, TIOCSSERIAL, bytes(data))
     finally:
         os.close(fd)
-    peer.ask(UART, 'clock', highest)
+    peer.request(UART, 'clock', highest)
 
 
 def heads():
     """Names of all heads."""
     return sorted(os.path.basename(path) for path in glob.glob(CLASS + '/xy3-*'))
+
+
+def by_id():
+    """name -> node, of heads by udev's links"""
+    return {os.path.basename(path): os.path.realpath(path)
+            for path in glob.glob('/dev/serial/by-id/xy3-*')}
 
 
 def ldattach_pids(device):
@@ -118,14 +120,18 @@ def ldattach_pids(device):
 module = Module('xy3')
 
 
-class Attached:
-    """A head whose port has the line discipline, by ldattach as its owner would do it.
+def stop_ldattach(device):
+    """Until it has closed the device: the command line of a process goes before its files."""
+    pids = ldattach_pids(device)
+    for pid in pids:
+        os.kill(pid, signal.SIGTERM)
+    wait_for(lambda: not any(is_running(pid) for pid in pids), 'end of ldattach', BIND_TIME)
 
-        with Attached(STICK, serial='A1') as head:
-            head.ask('report', 'vendor')
-            wait_for(lambda: head.get('vendor') == 'Virtual', 'vendor')
 
-    settings are those of the virtual head.
+class SerialHead:
+    """A head at the far end of a port, attached by ldattach as a user does it.
+
+    settings are those of the virtual head. Tests have it by the fixture `attach`.
     """
 
     def __init__(self, port, rate=115200, **settings):
@@ -135,18 +141,8 @@ class Attached:
         self.settings = {'rate': rate, **settings}
         self.name = None
 
-    def __enter__(self):
-        try:
-            plug(self.port, **self.settings)
-            self.attach()
-            return self
-        except BaseException:
-            self.__exit__()
-            raise
-
-    def __exit__(self, *_):
-        self.detach()
-        unplug(self.port)
+    def plug(self):
+        plug(self.port, **self.settings)
 
     def attach(self):
         before = heads()
@@ -157,31 +153,34 @@ class Attached:
         wait_for(lambda: os.path.exists(self.node), 'node', BIND_TIME)
 
     def detach(self):
-        for pid in ldattach_pids(self.device):
-            os.kill(pid, signal.SIGTERM)
-        wait_for(lambda: not ldattach_pids(self.device), 'end of ldattach')
+        stop_ldattach(self.device)
         wait_for(lambda: self.name not in heads(), 'end of the head')
+        wait_for(lambda: not os.path.exists(self.node), 'end of the node')
+
+    def close(self):
+        self.detach()
+        unplug(self.port)
 
     # --- the far side ------------------------------------------------------------------------
 
-    def ask(self, wish, *values, **settings):
-        return peer.ask(self.port, wish, *values, **settings)
+    def request(self, name, *values, **settings):
+        return peer.request(self.port, name, *values, **settings)
 
-    def tell(self, wish, *values, **settings):
-        peer.tell(self.port, wish, *values, **settings)
+    def send_request(self, name, *values, **settings):
+        peer.send_request(self.port, name, *values, **settings)
 
     def sync(self):
         """Until the driver has found the stream."""
-        self.ask('report', 'sync', 'sync')
+        self.request('report', 'sync', 'sync')
         in_sync = find.wait(lambda: self.get('in_sync') == '1', EVENT_TIME)
         assert in_sync, 'no sync; %s' % self.state()
 
     def state(self):
-        """What both sides have counted, for a complaint."""
+        """What both sides have counted, for a failure's message."""
         names = ('rx_bytes', 'rx_packets', 'dropped_bytes', 'resyncs', 'line_errors',
                  'lost_packets')
         return '%s; the head: %s' % ({name: self.stat(name) for name in names},
-                                     self.ask('counts'))
+                                     self.request('counts'))
 
     # --- this side ---------------------------------------------------------------------------
 
@@ -201,9 +200,16 @@ class Attached:
     def stat(self, name):
         return int(self.get('stats/' + name))
 
-    def wait_bytes(self, count, timeout=BIND_TIME):
-        """Until the driver has seen so many bytes in all."""
-        wait_for(lambda: self.stat('rx_bytes') >= count, '%d bytes' % count, timeout)
+
+def has_open(pid, node):
+    """Whether a process has a file open. Files come and go while it starts."""
+    for fd in glob.glob('/proc/%d/fd/*' % pid):
+        try:
+            if os.readlink(fd) == node:
+                return True
+        except OSError:
+            continue
+    return False
 
 
 class Cat:
@@ -211,13 +217,11 @@ class Cat:
 
     PLACE = '/tmp/cat'
 
-    def __init__(self, head):
+    def __init__(self, node):
         self._file = open(self.PLACE, 'wb')
-        self._process = subprocess.Popen(['cat', head.node], stdout=self._file)
-        # packets are handed out to who has it open
-        place = '/proc/%d/fd' % self._process.pid
-        wait_for(lambda: any(os.path.realpath(fd) == head.node
-                             for fd in glob.glob(place + '/*')), 'cat')
+        self._process = subprocess.Popen(['cat', node], stdout=self._file)
+        # a head's packets go to the files that are open
+        wait_for(lambda: has_open(self._process.pid, node), 'cat has opened ' + node, BIND_TIME)
 
     def __enter__(self):
         return self
@@ -231,10 +235,9 @@ class Cat:
         """-> cat's status when the file has ended"""
         return self._process.wait(BIND_TIME)
 
-    def wait_size(self, size, timeout=BIND_TIME):
+    def wait_size(self, size):
         """-> all that has come, which must be `size` bytes"""
-        wait_for(lambda: os.path.getsize(self.PLACE) >= size, '%d bytes of cat' % size, timeout)
-        time.sleep(0.2)
+        wait_for(lambda: os.path.getsize(self.PLACE) >= size, '%d bytes of cat' % size, BIND_TIME)
         data = self.data()
         assert len(data) == size
         return data
@@ -263,7 +266,7 @@ class Reader:
         os.close(self._fd)
 
     def take_stream(self, size):
-        """Has the head send so many bytes, and reads them. -> bytes sent since the last mark
+        """Has the head send `size` bytes, and reads them. -> bytes sent since the last mark
 
         What is under way is kept below what a tty holds: on a busy host the emulated lines are
         at times quicker than any reader.
@@ -271,15 +274,15 @@ class Reader:
         asked = answers = 0
         while self.bytes < size or answers:
             while asked < size and asked - self.bytes < self.WINDOW:
-                self.head.tell('stream', size=min(self.PIECE, size - asked))
+                self.head.send_request('stream', size=min(self.PIECE, size - asked))
                 asked += self.PIECE
                 answers += 1
             ready = self._wait([self._fd, peer.control])
             if peer.control in ready:
-                answers -= peer.hear_all()
+                answers -= peer.receive_all()
             if self._fd in ready:
                 self._read()
-        sent = self.head.ask('sent')['bytes']
+        sent = self.head.request('sent')['bytes']
         while self.bytes < sent:
             self._wait([self._fd])
             self._read()
@@ -297,7 +300,7 @@ class Reader:
         self.digest.update(data)
 
 
-def packets(data, cut=False):
+def whole_packets(data, cut=False):
     """-> [(type, payload)] of data that must be whole packets; cut: the last one need not be."""
     found, at = [], 0
     while at < len(data):

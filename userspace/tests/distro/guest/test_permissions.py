@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Who may use a pendant and a head: the group dialout, without root, and nobody else.
+"""Access to a pendant and a head: for the group dialout, without root, and for no other user.
 
 The kernel and udevd are the real ones, with our rules; users are made by taking their ids.
 """
@@ -13,10 +13,11 @@ import re
 import termios
 
 import libevdev
-from access import NOBODY, check_node, check_refused, files_below, member, open_error, wait_access
-from harness import (BIND_TIME, Events, Plugged, command, key, read_file, settle, udev_properties,
-                     wait_for, write_file)
-from virtual import Virtual
+from harness import (BIND_TIME, Events, Plugged, command, key, read_file, settle, trigger,
+                     udev_properties, wait_for, write_file)
+from permissions import (NOBODY, check_node, check_refused, files_below, member, open_error,
+                         wait_access)
+from virtual_head import VirtualHead
 from xhc_sim.uhid import UhidPendant
 
 DRIVER = '/sys/bus/hid/drivers/hid-xhc'
@@ -29,8 +30,8 @@ def check_pendant(pendant):
     check_node(pendant.node)
     wait_access(pendant.path('dro'))
     check_refused(pendant.path('dro'))
-    assert [name for name, (mode, _) in files_below(pendant.directory).items() if mode & 0o002] == \
-        []
+    for_all = [name for name, (mode, _) in files_below(pendant.directory).items() if mode & 0o002]
+    assert for_all == []
     with member():
         assert open_error(pendant.hidraw, os.O_RDWR) == errno.EACCES
 
@@ -74,7 +75,7 @@ def test_rules_that_come_after_the_pendant():
             os.chown(pendant.path('dro/' + name), 0, 0)
         os.chown(pendant.node, 0, 0)
         settle()
-        command('udevadm', 'trigger', '--settle', pendant.directory, pendant.node)
+        trigger(pendant.directory, pendant.node)
         check_pendant(pendant)
 
 
@@ -97,7 +98,7 @@ def test_names_of_pendants():
             wait_for(lambda: by_id() == wanted, 'names by id', BIND_TIME)
             settle()
             assert short() == first.node
-            command('udevadm', 'trigger', '--settle', second.node, third.node, first.node)
+            trigger(second.node, third.node, first.node)
             assert short() == first.node
             first.events.close()
             first.unplug()
@@ -129,12 +130,12 @@ def check_head(head):
         wait_access(directory)
         check_refused(directory)
     with member():
-        assert [open_error(path) for path in (head.spi + '/line_map', '/sys/class/xy3/attach')] == \
-            [errno.EACCES] * 2
+        for path in (head.spi + '/line_map', '/sys/class/xy3/attach'):  # how heads are wired
+            assert open_error(path) == errno.EACCES, path
 
 
 def test_head_without_root():
-    with Virtual(lines=AXES) as head:
+    with VirtualHead(lines=AXES) as head:
         check_head(head)
         with member():
             write_file(head.path('calibrate'), 'x')
@@ -142,12 +143,12 @@ def test_head_without_root():
             head.set('sampling_frequency', 50000)
             head.set('out_angl2_raw', 4711)
         assert head.positions(26)[2] == 4711
-    with Virtual(lines=2) as head:
+    with VirtualHead(lines=2) as head:
         check_head(head)
 
 
 def test_speed_without_root():
-    with Virtual(lines=2) as head, head.attached():
+    with VirtualHead(lines=2) as head, head.attached():
         check_node(head.node)
         with member():
             fd = os.open(head.node, os.O_RDWR | os.O_NOCTTY)
@@ -167,7 +168,7 @@ def test_stream_without_root():
     scans = 1024
     data = array.array('I', (scan * AXES + axis for scan in range(scans) for axis in range(AXES)))
     pathlib.Path('/tmp/access').write_bytes(data.tobytes())
-    with Virtual(lines=AXES) as head:
+    with VirtualHead(lines=AXES) as head:
         check_head(head)
         head.record(scans)
         command('setpriv', '--reuid', str(NOBODY), '--regid', str(NOBODY), '--groups', 'dialout',

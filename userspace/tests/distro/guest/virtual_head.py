@@ -4,11 +4,11 @@
 import contextlib
 import glob
 import os
-import signal
 
 from harness import (BIND_TIME, check_no_allocations, command, jiffies, live_allocations,
-                     module_addresses, module_loaded, read_file, settle, wait_for, write_file)
-from heads import CLASS, LDISC, ldattach_pids
+                     module_addresses, module_loaded, read_file, unload_modules, wait_for,
+                     write_file)
+from serial_head import CLASS, LDISC, stop_ldattach
 
 SIM = '/sys/kernel/debug/xy3-sim/0/'
 IIO = '/sys/bus/iio/devices/'
@@ -48,14 +48,14 @@ class Footprint:
 footprint = Footprint()
 
 
-class Virtual:
+class VirtualHead:
     """A virtual head, by modprobe; keywords are the module's parameters.
 
-        with Virtual(lines=4, framing='line') as head:
+        with VirtualHead(lines=4, framing='line') as head:
             head.set('out_angl0_raw', 5)
             assert head.positions(20)[0] == 5
 
-    driver=None: nobody is expected to take the SPI device.
+    driver=None: no driver is expected to bind to the SPI device.
     """
 
     def __init__(self, driver='xy3-spi', **parameters):
@@ -77,9 +77,8 @@ class Virtual:
             raise
 
     def __exit__(self, *_):
-        settle()
         footprint.note()
-        command('modprobe', '-r', 'xy3-sim')
+        unload_modules('xy3-sim')
 
     def wait_bound(self):
         self.iio = wait_for(self._find_iio, 'the IIO device', BIND_TIME)
@@ -118,7 +117,7 @@ class Virtual:
     # --- what the head has received ----------------------------------------------------------
 
     def positions(self, bits):
-        """All of them, which must have come in frames with so many bits."""
+        """All of them, which must have come in frames of `bits` bits."""
         rows = [line.split() for line in sim('positions').splitlines()]
         assert {row[2] for row in rows} == {str(bits)}
         return [int(row[1]) for row in rows]
@@ -153,6 +152,4 @@ class Virtual:
             wait_for(lambda: read_file(self.path('in_sync')) == '1\n', 'sync', BIND_TIME)
             yield
         finally:
-            for pid in ldattach_pids(UART):
-                os.kill(pid, signal.SIGTERM)
-            wait_for(lambda: not ldattach_pids(UART), 'end of ldattach')
+            stop_ldattach(UART)

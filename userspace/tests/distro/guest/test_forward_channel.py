@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""The scanhead's forward channel: a virtual head by the programs that users have for it.
+
+What does not depend on libiio, udev or the kernel is tested in User Mode Linux (tests/forward).
+"""
+
+import array
+import os
+import re
+import subprocess
+
+import pytest
+from harness import BIND_TIME, command, module_loaded, read_file, settle, unload_modules, wait_for
+from head_rig import error_name
+from serial_head import heads
+from virtual_head import DRIVER, MODULES, UART, VirtualHead, footprint, sim
+from xy3_head_sim import wire
+
+SCANS = 4096
+AT_A_TIME = 512         # iio_writedev's buffer; it writes whole ones only
+
+# a kernel has the transfers for eight lines, or not
+EIGHT = [pytest.param(8, 'line', 24, marks=pytest.mark.smoke)]
+if tuple(map(int, re.findall(r'\d+', os.uname().release)[:2])) < (6, 12):
+    EIGHT = []
+
+
+@pytest.mark.smoke
+def test_driver_comes_by_modalias():
+    """Must be first. Only the virtual head is asked for."""
+    for name in MODULES:
+        assert not module_loaded(name), '%s is loaded already' % name
+    with VirtualHead(lines=4) as head:
+        assert read_file(head.spi + '/modalias').strip() == 'spi:xy3-100'
+        assert os.path.realpath(head.spi + '/driver') == DRIVER
+        assert heads() == ['xy3-0']
+        assert error_name(read_file, head.path('rate')) == 'ENODEV'
+
+
+# --- libiio's programs -------------------------------------------------------------------------
+
+def test_iio_info_lists_it():
+    with VirtualHead(lines=4) as head:
+        text = command('iio_info')
+        assert '%s: xy3-100 (buffer capable)' % os.path.basename(head.iio) in text, text
+        channels = re.findall(r'angl(\d): +\(output, index: (\d), format: (\S+)\)', text)
+        assert channels == [(str(i), str(i), 'le:u20/32>>0') for i in range(4)]
+        assert re.findall(r'label value: (\w)', text) == list('xyzu')
+        settings = dict(re.findall(r': (\w+) value: (\w+)', text))
+        for name, value in (('frame_bits', '24'), ('sampling_frequency', '100000'),
+                            ('achieved_frequency', '0'), ('underruns', '0'), ('direction', 'out'),
+                            ('data_available', '0')):
+            assert settings.get(name) == value, name
+
+
+def test_iio_attr_moves_the_mirrors():
+    with VirtualHead(lines=4) as head:
+        for axis, code in enumerate((1, 0xfffff, 4711, 0x80000)):
+            command('iio_attr', '-c', 'xy3-100', 'angl%d' % axis, 'raw', str(code))
+        assert head.positions(20) == [1, 0xfffff, 4711, 0x80000]
+        assert command('iio_attr', '-c', 'xy3-100', 'angl2', 'raw').strip() == '4711'
+        command('iio_attr', '-d', 'xy3-100', 'frame_bits', '32')
+        command('iio_attr', '-c', 'xy3-100', 'angl0', 'raw', str((1 << 26) - 1))
+        assert head.positions(26) == [(1 << 26) - 1, 0xfffff << 6, 4711 << 6, 0x80000 << 6]
+        done = subprocess.run(['iio_attr', '-c', 'xy3-100', 'angl0', 'raw', str(1 << 26)],
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
+        assert done.returncode, 'a code of 27 bits is taken'
+        assert head.positions(26)[0] == (1 << 26) - 1
+
+
+@pytest.mark.parametrize('lines, framing, bits', [
+    (1, 'cs', 24), (4, 'line', 32), *EIGHT])
+def test_iio_writedev(lines, framing, bits):
+    top = (1 << (26 if bits == 32 else 20)) - 1
+    with VirtualHead(lines=lines, framing=framing) as head:
+        head.set('frame_bits', bits)
+        data = array.array('I', (scan * 0x9E3779B1 + axis * 0x3779B97 & top
+                                 for scan in range(SCANS) for axis in range(head.axes)))
+        with open('/tmp/scan', 'wb') as file:
+            data.tofile(file)
+        head.record(SCANS)
+        command('sh', '-c', 'iio_writedev -b %d -s %d xy3-100 < /tmp/scan' % (AT_A_TIME, SCANS))
+        head.check_record(data.tobytes())
+        assert head.number('scans') - head.number('repeated') == SCANS
+        for name in ('commands', 'bus_errors', 'masked_codes'):
+            assert head.number(name) == 0, name
+
+
+if not EIGHT:
+    def test_eight_lines_are_refused():
+        """No head rather than one that gets rubbish."""
+        with VirtualHead(lines=8, driver=None) as head:
+            settle()
+            assert not os.path.exists(head.spi + '/driver')
+            assert heads() == []
+
+
+@pytest.mark.smoke
+def test_stty_moves_head_and_uart():
+    with VirtualHead(lines=4, framing='line') as head, head.attached():
+        for rate in wire.RATES[::-1] + (115200,):
+            command('stty', '-F', head.node, str(rate))
+            assert sim('rate') == str(rate)
+            assert '\nspeed %d\n' % rate in sim('uart'), sim('uart')
+            assert read_file(head.path('rate')).strip() == str(rate)
+            wait_for(lambda: read_file(head.path('in_sync')) == '1\n', 'sync', BIND_TIME)
+
+
+# --- removal -----------------------------------------------------------------------------------
+
+@pytest.mark.smoke
+def test_modules_go_and_leave_nothing():
+    """Must be last. The driver stays while a file of a head is open that has gone."""
+    with VirtualHead(lines=4) as head:
+        assert footprint.left(), 'even of a head no allocation is seen'
+        fd = os.open(head.buffer, os.O_WRONLY)
+    try:
+        assert error_name(os.write, fd, bytes(16)) == 'ENODEV'
+        settle()
+        done = subprocess.run(['modprobe', '-r', 'xy3-spi'], stdout=subprocess.PIPE,
+                              stderr=subprocess.STDOUT, text=True, check=False)
+        assert done.returncode and 'in use' in done.stdout, 'modprobe -r: ' + done.stdout
+    finally:
+        os.close(fd)
+    unload_modules('xy3-spi')
+    for name in MODULES:
+        assert not module_loaded(name), '%s is still loaded' % name
+    for path in ('/sys/class/xy3', '/sys/bus/spi/drivers/xy3-spi', '/dev/xy3-0', head.buffer, UART,
+                 '/sys/kernel/debug/xy3-sim'):
+        assert not os.path.lexists(path)
+    wait_for(lambda: not os.path.lexists('/dev/xy3'), 'end of the link', BIND_TIME)
+    footprint.check()
