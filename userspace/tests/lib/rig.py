@@ -8,7 +8,7 @@ uml     (default) the test kernel, uml/run-uml; XHC_MODULE is the path of hid-xh
         a uhid device unless a test asks for USB.
 distro  Debian's kernel, distro/boot: modprobe finds the module, and udevd also loads it when a
         pendant is plugged in. A pendant is a USB device on vhci_hcd. Only tests with the mark
-        "distro" run there (conftest.py).
+        "distro" run there.
 """
 
 import errno
@@ -37,6 +37,8 @@ DRIVER_DIR = '/sys/bus/hid/drivers/hid-xhc'
 PARAMETER = '/sys/module/hid_xhc/parameters/swap_feed_spindle'
 
 IN_DISTRO = os.environ.get('TEST_WORLD', 'uml') == 'distro'
+if IN_DISTRO:
+    from harness import hid_xhc
 
 # Seconds to wait for what must come; reached only in failure. In the test kernel time runs at the
 # host's pace while a program runs, and on a busy host none gets far in a second; when all wait, it
@@ -57,20 +59,15 @@ def wait(condition, timeout=PATIENCE):
 
 def load(parameters=''):
     if IN_DISTRO:
-        subprocess.run(['modprobe', MODULE, *parameters.split()], check=True)
+        assert not parameters
+        hid_xhc.load()
     else:
         load_module(MODULE_FILE, parameters)
 
 
-def settle_udev():
-    """Waits until udevd is done with all devices. Debian 12's at times hangs up instead."""
-    assert wait(lambda: subprocess.run(['udevadm', 'settle'], check=False).returncode == 0)
-
-
 def unload():
     if IN_DISTRO:
-        settle_udev()           # or it loads the module again
-        subprocess.run(['modprobe', '-r', MODULE], check=True)
+        hid_xhc.unload()        # and looks for what it has left in memory
     else:
         unload_module(MODULE)
 
@@ -145,12 +142,14 @@ class EvdevRecorder:
                                         stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
                                         bufsize=0)
         self.data = b''
-        assert wait(lambda: node in self._files()), 'cat does not open %s' % node
+        assert wait(lambda: self._has_open(node)), 'cat does not open %s' % node
 
-    def _files(self):
-        """What the program has open."""
+    def _has_open(self, node):
         folder = '/proc/%d/fd' % self.program.pid
-        return [os.path.realpath(os.path.join(folder, name)) for name in os.listdir(folder)]
+        try:
+            return node in [os.readlink(os.path.join(folder, name)) for name in os.listdir(folder)]
+        except FileNotFoundError:
+            return False            # it has just closed another one
 
     def _events(self):
         """(type, code, value) by name of all whole events so far."""
@@ -383,7 +382,9 @@ class Case(case.Case):
     """A test with the driver loaded; what it plugs in is unplugged behind it."""
 
     def set_up(self):
-        if not loaded() and not IN_DISTRO:      # there udevd loads it
+        if IN_DISTRO:
+            hid_xhc.will_come()                 # by udevd
+        elif not loaded():
             load()
 
     def plug(self, model='HB04', first_frame=True, **options):
@@ -399,6 +400,17 @@ class Case(case.Case):
     def assert_packet(self, rig, events):
         """The next SYN_REPORT brings exactly these events."""
         assert rig.packet() == events
+
+    def assert_lets_go(self, pendant, go):
+        """All keys are up and the selector is off in one packet when go() takes the device away."""
+        program = EvdevRecorder(pendant.event_node)
+        self.add_cleanup(program.close)
+        pendant.report(1, 2, 0x12)
+        assert program.next_packet() == selected(0, 2) + pressed(1) + pressed(2)
+        pendant.close_reader()
+        go()
+        assert program.rest() == (selected(2, 0) + released(1) + released(2) +
+                                  [('EV_SYN', 'SYN_REPORT', 0)])
 
     def assert_silent(self, rig):
         """What was sent last makes no event: the next one is that of a turn of the wheel."""

@@ -236,6 +236,24 @@ class TestValues(Case):
         self.refused(pendant, 'refresh_ms', ['\n', 'x', '50ms', '1.5'], 'EINVAL')
         self.refused(pendant, 'refresh_ms', ['9', '1001', '0', '-1'], 'ERANGE')
 
+    @pytest.mark.distro
+    @pytest.mark.smoke
+    def test_every_attribute_reaches_the_lcd(self):
+        values = {
+            'work_x': '-220.334', 'work_y': '135.17', 'work_z': '0',
+            'machine_x': '0.0001', 'machine_y': '-0.5', 'machine_z': '65535.9999',
+            'feedrate_override': '100', 'spindle_override': '80', 'feedrate': '65535',
+            'spindle_speed': '24000', 'step': '500', 'icon': '9', 'state': 'run+inch', 'day': '17'}
+        assert values.keys() == set(rig.DISPLAYED)
+        pendant = self.plug()
+        for name, value in values.items():
+            with row(name):
+                pendant.set(name, value)
+                assert pendant.get(name) == value
+                assert rig.wait(lambda name=name, value=value: pendant.shown(name) == value)
+        assert {name: pendant.shown(name) for name in values} == values
+        assert pendant.device.lcd.faults == []
+
     def test_everything_at_random(self):
         """Frames decoded by the simulator, which shares no code with the driver."""
         dice = random.Random(2)
@@ -637,19 +655,23 @@ class TestTracepoints(Case):
 
     def set_up(self):
         super().set_up()
-        rig.write_file(self.ROOT + 'trace', '')
+        if not rig.loaded():
+            rig.load()
+        rig.write_file(self.ROOT + 'trace', '\n')
         rig.write_file(self.ROOT + 'events/xhc/enable', '1')
         self.add_cleanup(rig.write_file, self.ROOT + 'events/xhc/enable', '0')
 
     def trace(self):
         return read_file(self.ROOT + 'trace').replace(' ', '')
 
+    @pytest.mark.distro
     def test_report(self):
         pendant = self.plug()
         pendant.report(1, 2, 0x11, -1, day=0)
         assert rig.wait(lambda: '04010211ff01' in self.trace())
         assert 'report:%s' % os.path.basename(pendant.path) in self.trace()
 
+    @pytest.mark.distro
     def test_frame(self):
         pendant = self.plug()
         pendant.flush()

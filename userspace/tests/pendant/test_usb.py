@@ -215,6 +215,23 @@ class TestUnplug(Case):
             rig.write_file(path + '/authorized', '0')
         self.flush_and(deauthorize)
 
+    def test_keys_go_up(self):
+        for way in ('unplug', 'detach'):
+            with row(way):
+                pendant = self.plug_usb()
+                self.assert_lets_go(pendant, getattr(pendant.device, way))
+
+    def test_plugged_again(self):
+        pendant = self.plug_usb()
+        for number in range(1, 4):
+            with row(number):
+                pendant.set('feedrate', str(number))
+                assert pendant.flush()['feedrate'] == number
+                pendant.report(3)
+                self.assert_packet(pendant, pressed(3))
+                pendant.unplug()
+                pendant.plug()
+
     def test_unbound_from_usbhid(self):
         pendant = self.plug_usb()
         interface = os.path.basename(os.path.dirname(pendant.path))

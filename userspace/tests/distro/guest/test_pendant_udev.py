@@ -1,80 +1,36 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Keys under other names: by EVIOCSKEYCODE, and by udev's hwdb."""
+"""What udevd does for a pendant: the driver, the properties, and keys under other names."""
 
-import errno
-import fcntl
 import os
 import re
-import struct
 
-import libevdev
 import pytest
-from harness import Plugged, command, error_of, read_file, settle
-
-
-# struct input_keymap_entry: flags, length of the scan code, index, key code, scan code
-KEYMAP_ENTRY = struct.Struct('=BBHI32s')
-EVIOCGKEYCODE_V2 = 0x80284504
-EVIOCSKEYCODE_V2 = 0x40284504
+from harness import Plugged, command, find, module_loaded, read_file, settle, udev_properties
 
 LAYOUTS = '/usr/share/xhc-xy3/layouts/'
 HWDB = '/etc/udev/hwdb.d/61-xhc-pendant.hwdb'
 
 
-def entry(scan, code=0):
-    return bytearray(KEYMAP_ENTRY.pack(0, 4, 0, code, struct.pack('=I', scan)))
-
-
-def get_code(pendant, scan):
-    data = entry(scan)
-    fcntl.ioctl(pendant.events.file, EVIOCGKEYCODE_V2, data)
-    return KEYMAP_ENTRY.unpack(data)[3]
-
-
-def set_code(pendant, scan, code):
-    """Then reads the device's capabilities anew, which have changed with it."""
-    fd = os.open(pendant.node, os.O_RDWR)
-    try:
-        fcntl.ioctl(fd, EVIOCSKEYCODE_V2, entry(scan, code))
-    finally:
-        os.close(fd)
-    pendant.open()
-
-
-def test_keymap_can_be_read():
-    first = libevdev.EV_KEY.BTN_TRIGGER_HAPPY1.value
+@pytest.mark.smoke
+def test_autoload_by_modalias():
+    """Must be first: nobody has loaded the driver yet."""
+    assert not module_loaded('hid_xhc'), 'the driver is loaded before a pendant is plugged'
     with Plugged() as pendant:
-        assert [get_code(pendant, scan) for scan in range(1, 0x18)] == \
-            [first + n for n in range(0x17)]
-        assert [get_code(pendant, scan) for scan in range(0x21, 0x27)] == \
-            [first + 30 + n for n in range(6)]
-        assert error_of(get_code, pendant, 0x40) == errno.EINVAL
+        assert module_loaded('hid_xhc'), 'the driver is not loaded'
+        assert find.driver(pendant.directory) == 'hid-xhc'
+        assert pendant.get('model') == 'HB04'
+    assert module_loaded('hid_xhc'), 'the driver does not stay'
 
 
-def test_eviocskeycode():
+def test_udev_makes_it_a_joystick():
+    """So the user at the seat may read it, and desktops do not take its keys for typing."""
     with Plugged() as pendant:
-        set_code(pendant, 1, libevdev.EV_KEY.KEY_F13.value)
-        set_code(pendant, 0x21, libevdev.EV_KEY.KEY_F14.value)
-        pendant.usb.press(1)
-        assert pendant.events.report() == ['MSC_SCAN 1', 'KEY_F13 1']
-        pendant.usb.release(1)
-        assert pendant.events.report() == ['MSC_SCAN 1', 'KEY_F13 0']
-        pendant.usb.select(0x11)
-        assert pendant.events.report() == ['ABS_MISC 1', 'KEY_F14 1']
-
-
-def test_remapped_while_held():
-    """The key's old name goes up, whatever happens: it must not stay down for ever."""
-    with Plugged() as pendant:
-        pendant.usb.press(2)
-        pendant.events.report()
-        reader = pendant.events
-        pendant.events = None
-        set_code(pendant, 2, libevdev.EV_KEY.KEY_F15.value)
-        pendant.usb.release(2)
-        events = reader.until(lambda seen: 'BTN_TRIGGER_HAPPY2 0' in seen, 'old key up')
-        reader.close()
-        assert 'KEY_F15 1' not in events, 'the new name went down: %r' % events
+        properties, tags = udev_properties(pendant.node)
+        assert properties.get('ID_INPUT') == '1'
+        assert properties.get('ID_INPUT_JOYSTICK') == '1'
+        for kind in ('KEYBOARD', 'KEY', 'MOUSE', 'TABLET', 'TOUCHPAD'):
+            assert 'ID_INPUT_' + kind not in properties, 'ID_INPUT_%s is set' % kind
+        assert 'uaccess' in tags, 'no tag uaccess, only %s' % sorted(tags)
 
 
 # --- layouts: what is printed on the keys, as an entry of the hwdb -----------------------------
@@ -137,4 +93,3 @@ def test_layout_by_hwdb():
         choose(None, None)
     with Plugged() as pendant:
         check_layout(pendant, None, first)
-
