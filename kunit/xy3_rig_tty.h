@@ -275,8 +275,8 @@ static void reader_leave(void *data)
 		rig_close(tty);
 }
 
-/* Somebody opens the tty of a head, and takes @room bytes at once */
-static struct tty_struct *reader_come(struct kunit *test, struct xy3_head *head, unsigned int room)
+/* Open the tty of a head; its line discipline is N_TTY */
+static struct tty_struct *reader_open(struct kunit *test, struct xy3_head *head)
 {
 	struct device *dev = device_find_child_by_name(&head->dev, dev_name(&head->dev));
 	dev_t number;
@@ -284,11 +284,20 @@ static struct tty_struct *reader_come(struct kunit *test, struct xy3_head *head,
 	KUNIT_ASSERT_NOT_NULL(test, dev);
 	number = dev->devt;
 	put_device(dev);
-	reader = (struct reader){ .room = room };
+	reader = (struct reader){ };
 	reader.tty = rig_open(test, number);
 	KUNIT_ASSERT_EQ(test, 0, kunit_add_action_or_reset(test, reader_leave, NULL));
-	KUNIT_ASSERT_EQ(test, 0, tty_set_ldisc(reader.tty, N_READER));
 	return reader.tty;
+}
+
+/* Open the tty of a head with a line discipline that takes @room bytes at once */
+static struct tty_struct *reader_come(struct kunit *test, struct xy3_head *head, unsigned int room)
+{
+	struct tty_struct *tty = reader_open(test, head);
+
+	reader.room = room;
+	KUNIT_ASSERT_EQ(test, 0, tty_set_ldisc(tty, N_READER));
+	return tty;
 }
 
 static void expect_read(struct kunit *test, const u8 *want, size_t size)

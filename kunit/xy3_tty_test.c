@@ -8,7 +8,10 @@
 
 #include <linux/cred.h>
 #include <linux/delay.h>
+#include <linux/fs.h>
+#include <linux/kthread.h>
 #include <linux/module.h>
+#include <linux/rwsem.h>
 
 #include "xy3_rig_tty.h"
 
@@ -507,6 +510,140 @@ static void gone_test(struct kunit *test)
 	EXPECT_READ(test, SYNC);
 }
 
+/* ---- a hangup while the tty is in use ---- */
+
+/* In the test kernel's time-travel a sleep ends when nothing else can run */
+#define WAIT_FOR(test, condition) do {							\
+	bool __met = false;								\
+											\
+	for (unsigned int __i = 0; __i < 500 && !__met; __i++) {			\
+		msleep(20);								\
+		__met = (condition);							\
+	}										\
+	KUNIT_EXPECT_TRUE_MSG(test, __met, "still not: " #condition);			\
+} while (0)
+
+#define STREAM_PACKETS	40
+#define STREAM_PAYLOAD	200
+#define STREAM_SIZE	(2 * XY3_PACKET_HEADER +					\
+			 STREAM_PACKETS * (XY3_PACKET_HEADER + STREAM_PAYLOAD))
+#define STREAM_READ	64
+
+/* Two sync packets, and more packets than N_TTY keeps; no two stretches of STREAM_READ are alike */
+static u8 *make_stream(struct kunit *test)
+{
+	static const u8 syncs[] = { SYNC, SYNC }, header[] = { TEXT_PACKET(0x60, STREAM_PAYLOAD) };
+	u8 *stream = kunit_kzalloc(test, STREAM_SIZE, GFP_KERNEL), *at = stream;
+
+	KUNIT_ASSERT_NOT_NULL(test, stream);
+	memcpy(at, syncs, sizeof(syncs));
+	at += sizeof(syncs);
+	for (unsigned int i = 0; i < STREAM_PACKETS; i++) {
+		memcpy(at, header, sizeof(header));
+		at += sizeof(header);
+		for (unsigned int j = 0; j < STREAM_PAYLOAD; j++)
+			*at++ = i + 3 * j;
+	}
+	return stream;
+}
+
+static int detach_thread(void *line)
+{
+	line_detach(line);
+	return 0;
+}
+
+/*
+ * The head goes while a reader is in read(): what the reader gets next follows what it got before,
+ * or it is the end of the file. It is never what was behind bytes that the hangup has dropped.
+ *
+ * The test's thread is the reader. It holds what tty_read() and n_tty_read() hold: a reference to
+ * the line discipline and, as its read is not complete, termios_rwsem. So the first flush of the
+ * hangup waits for termios_rwsem. The worker that moves data to the line discipline is started
+ * then, and waits as well. This is the order in which the two go on when the read completes.
+ *
+ * The head is detached by another thread, for which lockdep does not see the reader's locks.
+ */
+static void hangup_in_read_test(struct kunit *test)
+{
+	static const struct file_operations no_operations = { };
+	struct file file = { .f_op = &no_operations, .f_flags = O_NONBLOCK };
+	struct line *line = line_come(test);
+	u8 *stream = make_stream(test), data[STREAM_READ];
+	struct task_struct *detach;
+	struct tty_struct *tty;
+	struct tty_ldisc *ld;
+	void *cookie = NULL;
+	ssize_t got;
+
+	tty = reader_open(test, head_of_number(0));
+	line_send(test, line, stream, NULL, STREAM_SIZE);
+	flush_work(&tty->port->buf.work);
+	detach = kthread_create(detach_thread, line, "xy3-rig-detach");
+	KUNIT_ASSERT_NOT_ERR_OR_NULL(test, detach);
+	get_task_struct(detach);
+
+	ld = tty_ldisc_ref_wait(tty);
+	KUNIT_EXPECT_EQ(test, ld->ops->read(tty, &file, data, STREAM_READ, &cookie, 0),
+			STREAM_READ);
+	KUNIT_EXPECT_MEMEQ(test, data, stream, STREAM_READ);
+	KUNIT_EXPECT_NOT_NULL(test, cookie);
+
+	wake_up_process(detach);
+	WAIT_FOR(test, rwsem_is_contended(&tty->termios_rwsem));
+	KUNIT_EXPECT_EQ(test, heads(), 0);
+	tty_flip_buffer_push(tty->port);
+	WAIT_FOR(test, mutex_is_locked(&tty->port->buf.lock));
+	if (cookie)
+		ld->ops->read(tty, &file, data, 0, &cookie, 0);
+	KUNIT_EXPECT_NULL(test, cookie);
+	WAIT_FOR(test, test_bit(TTY_HUPPING, &tty->flags) &&
+		 !mutex_is_locked(&tty->port->buf.lock));
+
+	got = ld->ops->read(tty, &file, data, STREAM_READ, &cookie, 0);
+	if (got > 0)
+		KUNIT_EXPECT_MEMEQ_MSG(test, data, stream + STREAM_READ, got,
+				       "%zd bytes from behind dropped ones", got);
+	else
+		KUNIT_EXPECT_EQ(test, got, 0);
+	if (cookie)
+		ld->ops->read(tty, &file, data, 0, &cookie, 0);
+	tty_ldisc_deref(ld);
+	WAIT_FOR(test, test_bit(TTY_HUPPED, &tty->flags));
+	KUNIT_EXPECT_EQ(test, kthread_stop_put(detach), 0);
+}
+
+/*
+ * The head goes while an open() of its tty, which an earlier head has left hung up, is under way.
+ * There is nothing to hang up then, and the next head with this number does not wait for it.
+ */
+static void hangup_in_open_test(struct kunit *test)
+{
+	struct line *line = line_come(test);
+	struct tty_struct *tty = reader_open(test, head_of_number(0));
+	s64 begin;
+
+	line_detach(line);
+	WAIT_FOR(test, test_bit(TTY_HUPPED, &tty->flags));
+
+	KUNIT_ASSERT_EQ(test, line_attach(line), 0);
+	tty_lock(tty);
+	KUNIT_EXPECT_EQ(test, tty->ops->open(tty, NULL), 0);
+	tty_unlock(tty);
+	line_detach(line);
+	KUNIT_EXPECT_EQ(test, heads(), 0);
+	tty_lock(tty);
+	tty->ops->close(tty, NULL);
+	tty_unlock(tty);
+
+	for (unsigned int i = 0; i < 2; i++) {
+		begin = ktime_to_ms(ktime_get());
+		KUNIT_ASSERT_EQ(test, line_attach(line), 0);
+		KUNIT_EXPECT_LT(test, ktime_to_ms(ktime_get()) - begin, 1000);
+		line_detach(line);
+	}
+}
+
 static struct kunit_case xy3_tty_cases[] = {
 	KUNIT_CASE(attach_test),
 	KUNIT_CASE(attach_two_test),
@@ -526,6 +663,8 @@ static struct kunit_case xy3_tty_cases[] = {
 	KUNIT_CASE(read_test),
 	KUNIT_CASE(lost_test),
 	KUNIT_CASE(gone_test),
+	KUNIT_CASE(hangup_in_read_test),
+	KUNIT_CASE(hangup_in_open_test),
 	{}
 };
 

@@ -28,8 +28,9 @@
  * @port: the tty's port
  * @lock: protects @head and @hanging
  * @head: the head with this number, or NULL
- * @hanging: the tty of the last head is yet to be hung up
- * @hung: where the next head waits for that
+ * @hanging: @hangup is queued or at work
+ * @hangup: hangs up the tty of the last head
+ * @hung: where the next head waits until @hanging is false
  * @dev: the tty device, while there is a head
  */
 struct xy3_line {
@@ -37,6 +38,7 @@ struct xy3_line {
 	spinlock_t lock;	/* see above */
 	struct xy3_head *head;
 	bool hanging;
+	struct work_struct hangup;
 	wait_queue_head_t hung;
 	struct device *dev;
 };
@@ -69,13 +71,6 @@ static void xy3_set_open(struct xy3_line *line, bool open)
 	scoped_guard(mutex, &head->lock)
 		head->tty_open = open;
 	put_device(&head->dev);
-}
-
-static void xy3_hung(struct xy3_line *line)
-{
-	scoped_guard(spinlock_irqsave, &line->lock)
-		line->hanging = false;
-	wake_up_all(&line->hung);
 }
 
 static int xy3_port_activate(struct tty_port *port, struct tty_struct *tty)
@@ -156,7 +151,6 @@ static void xy3_hangup(struct tty_struct *tty)
 	struct xy3_line *line = tty->driver_data;
 
 	tty_port_hangup(&line->port);
-	xy3_hung(line);
 }
 
 static tty_ssize_t xy3_write(struct tty_struct *tty, const u8 *data, tty_size_t size)
@@ -302,6 +296,28 @@ void xy3_tty_identity(struct xy3_head *head)
 	kobject_uevent(&xy3_lines[head->number]->dev->kobj, KOBJ_CHANGE);
 }
 
+/*
+ * Hang up the tty of a head that has gone. A hangup drops what N_TTY holds, but not what is on its
+ * way to N_TTY, and a reader that is in read() at this moment may get that: bytes from behind
+ * dropped ones, in the middle of a packet. So all of it is dropped before; as no head puts anything
+ * into the port any more, a reader gets what follows its last read() without a gap, or nothing.
+ */
+static void xy3_hangup_work(struct work_struct *work)
+{
+	struct xy3_line *line = container_of(work, struct xy3_line, hangup);
+	struct tty_struct *tty = tty_port_tty_get(&line->port);
+
+	if (tty) {
+		tty_ldisc_flush(tty);
+		tty_vhangup(tty);
+		tty_kref_put(tty);
+	}
+	/* queued again if another head has come and gone, which did not wait until now */
+	scoped_guard(spinlock_irqsave, &line->lock)
+		line->hanging = work_pending(work);
+	wake_up_all(&line->hung);
+}
+
 static struct xy3_line *xy3_line_new(void)
 {
 	struct xy3_line *line = kzalloc(sizeof(*line), GFP_KERNEL);
@@ -311,11 +327,12 @@ static struct xy3_line *xy3_line_new(void)
 	tty_port_init(&line->port);
 	line->port.ops = &xy3_port_ops;
 	spin_lock_init(&line->lock);
+	INIT_WORK(&line->hangup, xy3_hangup_work);
 	init_waitqueue_head(&line->hung);
 	return line;
 }
 
-/* A hangup never waits for the UART below, so that its tty may be locked here */
+/* The hangup does not depend on the UART, whose tty is locked here */
 static void xy3_wait_hung(struct xy3_line *line)
 {
 	wait_event_timeout(line->hung, !READ_ONCE(line->hanging), XY3_HANGUP_TIMEOUT);
@@ -359,18 +376,15 @@ int xy3_tty_add(struct xy3_head *head)
 void xy3_tty_remove(struct xy3_head *head)
 {
 	struct xy3_line *line = xy3_lines[head->number];
-	struct tty_struct *tty;
 
-	scoped_guard(spinlock_irqsave, &line->lock)
+	/*
+	 * By a worker: the UART's tty is locked here, and the hangup waits for readers, each of
+	 * which may take any time to copy its data to user space.
+	 */
+	scoped_guard(spinlock_irqsave, &line->lock) {
 		line->head = NULL;
-
-	/* not at once: the UART's tty is locked, and lockdep takes its lock for this one's */
-	tty = tty_port_tty_get(&line->port);
-	if (tty) {
-		scoped_guard(spinlock_irqsave, &line->lock)
-			line->hanging = true;
-		tty_hangup(tty);
-		tty_kref_put(tty);
+		line->hanging = true;
+		queue_work(system_dfl_wq, &line->hangup);
 	}
 	tty_unregister_device(xy3_tty_driver, head->number);
 }
@@ -430,7 +444,10 @@ void xy3_tty_exit(void)
 {
 	tty_unregister_driver(xy3_tty_driver);
 	tty_driver_kref_put(xy3_tty_driver);
-	for (unsigned int i = 0; i < XY3_HEADS_MAX; i++)
-		if (xy3_lines[i])
-			tty_port_put(&xy3_lines[i]->port);
+	for (unsigned int i = 0; i < XY3_HEADS_MAX; i++) {
+		if (!xy3_lines[i])
+			continue;
+		flush_work(&xy3_lines[i]->hangup);
+		tty_port_put(&xy3_lines[i]->port);
+	}
 }
