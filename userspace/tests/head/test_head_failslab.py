@@ -8,7 +8,6 @@ before.
 
 import os
 
-import pytest
 import head_rig
 import kernel
 from failslab import FAILSLAB, function_range, module_range, setup_failslab, walk
@@ -188,7 +187,7 @@ class TestWorker(Case):
         setup_failslab()
         self.add_cleanup(setup_failslab)
 
-    def fail(self, percent):
+    def fail_allocations(self, percent):
         setup_failslab(*module_range(head_rig.MODULE))
         write_file(FAILSLAB + 'probability', '%d' % percent)
 
@@ -198,7 +197,7 @@ class TestWorker(Case):
         reader = head.open()
         refused = 0
         for number in range(1, 23):
-            pytest.fail(20)
+            self.fail_allocations(20)
             sent = (wire.vendor('%03d' % number) + wire.errors([number]) +
                     wire.temperatures([100 * number] * number))
             head.send(sent)
@@ -221,7 +220,7 @@ class TestWorker(Case):
         """No memory for the reader at all: everything is counted as lost."""
         head = self.synced()
         reader = head.open()
-        pytest.fail(100)
+        self.fail_allocations(100)
         sent = wire.debug('x' * 200) * 500
         head.send(sent)
         setup_failslab()
