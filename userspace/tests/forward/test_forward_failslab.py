@@ -37,10 +37,9 @@ class TestWalk(Case):
         assert wait(lambda: forward.sim_number('stats', 'commands') == commands + 1)
         data = struct.pack('<%dI' % (600 * forward.axes), *range(600 * forward.axes))
         forward.record(601)
-        assert forward.start() is None
-        fd = forward.open()
-        os.write(fd, data)
-        forward.stop_and_close(fd)
+        stream = forward.stream()
+        stream.write(data)
+        stream.finish()
         assert forward.recorded() == data
 
     def test_bind(self):
@@ -71,26 +70,26 @@ class TestWalk(Case):
         """Going away must not need memory, whatever runs. (What is written to sysfs does.)"""
         forward = self.forward(4, 'line')
         setup_failslab(*module_range('xy3_spi'))
-        fds = []
+        streams = []
 
-        def come():
-            assert forward.start() is None
-            fds.append(forward.open())
-            os.write(fds[0], bytes(12 * 1000))
+        def begin():
+            streams.append(forward.stream())
+            streams[0].write(bytes(12 * 1000))
 
         def after(failure):
             assert failure is None
-            assert head_rig.error_name(os.write, fds[0], bytes(12)) == 'ENODEV'
-            os.close(fds.pop())
+            stream = streams.pop()
+            assert head_rig.error_name(stream.write, bytes(12)) == 'ENODEV'
+            stream.close()
             assert head_rig.heads() == []
             forward.bind()
             forward.find()
-            come()
+            begin()
 
-        come()
+        begin()
         count, outcomes = walk(forward.unbind, after)
         self.report('unbind', count, outcomes)
-        forward.stop_and_close(fds.pop())
+        streams.pop().finish()
         self.works(forward)
 
     def test_line_map(self):
@@ -147,22 +146,22 @@ class TestWalk(Case):
         """A stream that runs, and commands, need no memory at all: nothing is there to fail."""
         forward = self.forward(4, 'line')
         setup_failslab(*module_range('xy3_spi'))
-        assert forward.start() is None
-        fd = forward.open()
+        stream = forward.stream()
         data = bytes(12 * 3000)
         command = os.open(forward.head + 'calibrate', os.O_WRONLY)
-        try:
-            os.write(fd, data)              # a first time, for what is made once
+        self.add_cleanup(os.close, command)
+        stream.write(data)              # a first time, for what is made once
 
-            def attempt():
-                assert os.write(fd, data) == len(data)
-                assert os.pwrite(command, b'x', 0) == 1
+        def attempt():
+            assert stream.write(data) == len(data)
+            assert os.pwrite(command, b'x', 0) == 1
 
-            count, outcomes = walk(attempt, self.assertIsNone)
-            assert (count, outcomes) == (0, {})
-        finally:                            # or what comes behind cannot unload the modules
-            os.close(command)
-            forward.stop_and_close(fd)
+        def after(failure):
+            assert failure is None
+
+        count, outcomes = walk(attempt, after)
+        assert (count, outcomes) == (0, {})
+        stream.finish()
         self.works(forward)
 
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Everything that can be done to a forward channel, at once: streams, commands, settings, rates,
-and the driver taken from the device and given back.
+and the driver unbound from the device and bound again.
 
 What is looked for is in the verdict: no report of KASAN, lockdep or any other checker, no leak.
 The tests themselves make sure that things did happen, and that all works when it is over.
@@ -9,10 +9,8 @@ The tests themselves make sure that things did happen, and that all works when i
 import errno
 import glob
 import os
-import random
 import select
 import struct
-import threading
 import time
 
 import forward_rig
@@ -20,51 +18,14 @@ import head_rig
 from forward_rig import Case
 from head_rig import wire
 from kernel import read_file, wait, write_file
+from stress_users import StressUsers
 
 SECONDS = 5             # of a storm, at least
-LEAST = 5               # how often each of its doings must have gone well
-PAUSE = 0.002           # of each thread between two doings: there is one processor only
-RATES = wire.RATES
-# what may happen to somebody whose device goes, or is used by others
-FAIR = {errno.ENODEV, errno.ENOENT, errno.ENXIO, errno.EBUSY, errno.EINVAL, errno.EAGAIN,
-        errno.EIO, errno.ETIMEDOUT, errno.ERANGE, errno.EPERM}
-
-
-class Crowd:
-    """Threads, each with a thing to do again and again, until told to stop."""
-
-    def __init__(self, *works):
-        self.stop = threading.Event()
-        self.done = {work.__name__: 0 for work in works}
-        self.strange = []
-        self.threads = [threading.Thread(target=self._run, args=(work,), daemon=True,
-                                         name=work.__name__) for work in works]
-
-    def _run(self, work):
-        dice = random.Random(work.__name__)
-        while not self.stop.is_set():
-            try:
-                work(dice)
-                self.done[work.__name__] += 1
-            except OSError as error:
-                if error.errno not in FAIR:
-                    self.strange.append('%s: %s' % (work.__name__, error))
-            time.sleep(PAUSE)
-
-    def __enter__(self):
-        for thread in self.threads:
-            thread.start()
-        return self
-
-    def __exit__(self, *_):
-        self.stop.set()
-        for thread in self.threads:
-            thread.join(60)
-            if thread.is_alive():
-                self.strange.append('%s hangs' % thread.name)
-
-    def all_done(self):
-        return min(self.done.values()) >= LEAST
+LEAST = 5               # how often each action must have succeeded
+PAUSE = 0.002
+# what may happen to a user whose device goes, or is used by others
+TOLERATED = {errno.ENODEV, errno.ENOENT, errno.ENXIO, errno.EBUSY, errno.EINVAL, errno.EAGAIN,
+             errno.EIO, errno.ETIMEDOUT, errno.ERANGE, errno.EPERM}
 
 
 class TestStorm(Case):
@@ -80,7 +41,7 @@ class TestStorm(Case):
     def open(self, flags=0):
         return os.open('/dev/' + os.path.basename(self.device()[:-1]), os.O_WRONLY | flags)
 
-    # ---- what the crowd does ----
+    # ---- what the users do ----
 
     def writes(self, dice):
         fd = self.open()
@@ -145,7 +106,7 @@ class TestStorm(Case):
             os.close(fd)
 
     def rates(self, dice):
-        write_file(self.head.head + 'rate', str(dice.choice(RATES)))
+        write_file(self.head.head + 'rate', str(dice.choice(wire.RATES)))
 
     def rebinds(self, dice):
         time.sleep(dice.random() / 5)
@@ -170,22 +131,24 @@ class TestStorm(Case):
         assert forward.set('frame_bits', 24) is None
         forward.set_sim('reset', 'power')
         forward.record(2001)
-        assert forward.start() is None
-        fd = forward.open()
+        stream = forward.stream()
         data = struct.pack('<6000I', *range(6000))
-        os.write(fd, data)
-        forward.stop_and_close(fd)
+        stream.write(data)
+        stream.finish()
         assert forward.recorded() == data
         assert forward.bad_frames() == []
 
-    def storm(self, forward, *works):
+    def users(self, *actions):
+        return StressUsers(actions, TOLERATED, PAUSE)
+
+    def storm(self, forward, *actions):
         self.head = forward
-        with Crowd(*works) as crowd:
+        with self.users(*actions) as users:
             time.sleep(SECONDS)
-            wait(crowd.all_done, 100)
-        print('    ' + ', '.join('%s %d' % item for item in sorted(crowd.done.items())))
-        assert crowd.strange == []
-        assert crowd.all_done()
+            users.wait_done(LEAST, 240)
+        print('    %s' % users)
+        assert users.unexpected == []
+        assert users.all_done(LEAST), users
         self.calm(forward)
 
     def test_streams_and_commands(self):
@@ -213,7 +176,7 @@ class TestStorm(Case):
                    self.sets, self.reads, self.commands, self.rebinds, self.errors)
 
     def test_enabled_and_disabled(self):
-        """By two at once, while somebody writes all the time."""
+        """By two at once, while a third writes all the time."""
         forward = self.forward(4, 'line', more='realtime=1')
         assert forward.start() is None
         self.storm(forward, self.writes, self.enables, self.disables)
@@ -221,15 +184,14 @@ class TestStorm(Case):
     def test_module_goes(self):
         """The controller goes with all in flight."""
         for round_ in range(5):
-            forward_rig.load_sim(4, 'line', more='realtime=%d' % (round_ % 2))
-            self.head = forward_rig.Forward()
+            self.head = self.forward(4, 'line', more='realtime=%d' % (round_ % 2))
             assert self.head.start() is None
-            with Crowd(self.writes, self.commands, self.enables, self.disables,
-                       self.reads) as crowd:
-                sent = wait(lambda: int(read_file(self.device() + 'scans')) > 5000, 30)
+            with self.users(self.writes, self.commands, self.enables, self.disables,
+                            self.reads) as users:
+                sent = wait(lambda: int(read_file(self.device() + 'scans')) > 5000)
                 forward_rig.unload_sim()
             assert sent
-            assert crowd.strange == []
+            assert users.unexpected == []
             assert head_rig.heads() == []
 
 

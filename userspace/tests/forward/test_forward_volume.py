@@ -12,7 +12,7 @@ import time
 
 import pytest
 import forward_rig
-from forward_rig import ARRANGEMENTS, Case, write_all
+from forward_rig import ARRANGEMENTS, Case
 from kernel import write_file
 
 LINE_SCANS = 2000000        # for each number of lines and bits: where SYNC is a line,
@@ -38,7 +38,7 @@ def random_scans(dice, count, axes, bits):
     return bytes(data)
 
 
-class Volume(Case):
+class TestVolume(Case):
     def difference(self, forward, got, want):
         """-> where the record and what was written part, in words"""
         one = 4 * forward.axes
@@ -58,15 +58,14 @@ class Volume(Case):
         repeated, commands = forward.number('repeated'), forward.number('commands')
         received = forward.sim_number('stats', 'scans')
         forward.record(scans + 1)
-        assert forward.start() is None
-        fd = forward.open()
+        stream = forward.stream()
         for at in range(0, len(data), len(data) // 4):
-            write_all(fd, data[at:at + len(data) // 4],
-                      lambda: one * dice.choice((1, 255, 257, 4000, 20000, 20000, 100000)))
+            stream.write_all(data[at:at + len(data) // 4],
+                             lambda: one * dice.choice((1, 255, 257, 4000, 20000, 20000, 100000)))
             write_file(forward.head + 'calibrate', 'x')
-        forward.stop_and_close(fd)
+        stream.finish()
         got = forward.recorded()
-        if got != data:     # not assertEqual(): it would print both
+        if got != data:     # assert would print both
             pytest.fail(self.difference(forward, got, data))
         # what came twice in a row is not in the record, but the head has counted it
         repeated = forward.number('repeated') - repeated
@@ -75,33 +74,22 @@ class Volume(Case):
         assert forward.number('scans') - sent == scans + repeated + commands
         return commands
 
-    def check(self, lines, framing, cs_word, bits, scans):
+    @pytest.mark.parametrize('bits', (24, 32))
+    @pytest.mark.parametrize('lines, framing, cs_word', ARRANGEMENTS)
+    def test_every_scan(self, lines, framing, cs_word, bits):
+        scans = LINE_SCANS if framing == 'line' else CS_SCANS
         forward = self.forward(lines, framing, cs_word)
         assert forward.set('frame_bits', bits) is None
         dice = random.Random('%d %s %d %d' % (lines, framing, cs_word, bits))
-        began, commands, done = time.monotonic(), 0, 0
-        while done < scans:
-            part = min(ROUND, scans - done)
-            commands += self.one_round(forward, dice, bits, part)
-            done += part
+        began, commands = time.monotonic(), 0
+        for done in range(0, scans, ROUND):
+            commands += self.one_round(forward, dice, bits, min(ROUND, scans - done))
         assert forward.bad_frames() == []
         assert forward.sim_number('stats', 'commands') == commands
         assert commands > 0
         assert forward.number('bus_errors') == 0
         print('    %d scans and %d commands, %d scans repeated, %.0f s'
               % (scans, commands, forward.number('repeated'), time.monotonic() - began))
-
-
-def volume_case(lines, framing, cs_word, bits):
-    def test(self):
-        self.check(lines, framing, cs_word, bits, LINE_SCANS if framing == 'line' else CS_SCANS)
-    return test
-
-
-for _lines, _framing, _cs_word in ARRANGEMENTS:
-    for _bits in (24, 32):
-        _name = 'test_%d_lines_%s%s_%d_bits' % (_lines, _framing, '_words' * _cs_word, _bits)
-        setattr(Volume, _name, volume_case(_lines, _framing, _cs_word, _bits))
 
 
 def setup_module():

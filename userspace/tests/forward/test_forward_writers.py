@@ -15,8 +15,8 @@ import pytest
 import forward_rig
 import head_rig
 import kernel
-from forward_rig import Case, Forward
-from head_rig import polled
+from forward_rig import Case
+from head_rig import error_name, polled
 from kernel import read_file, wait, write_file
 
 # the wire takes its time: 100 k scans in a second
@@ -33,9 +33,9 @@ def scans(first, count, axes=3):
 class Writer(threading.Thread):
     """Writes until it gets an error."""
 
-    def __init__(self, fd, piece):
+    def __init__(self, stream, piece):
         super().__init__(daemon=True)
-        self.fd = fd
+        self.stream = stream
         self.piece = piece
         self.written = 0
         self.error = None
@@ -43,10 +43,10 @@ class Writer(threading.Thread):
 
     def run(self):
         while self.error is None:
-            self.error = head_rig.error_name(self.write)
+            self.error = error_name(self.write)
 
     def write(self):
-        self.written += os.write(self.fd, self.piece)
+        self.written += self.stream.write(self.piece)
 
 
 class TestWaiting(Case):
@@ -60,55 +60,50 @@ class TestWaiting(Case):
         forward = self.forward(4, 'line', more=SLOW)
         forward.record(100000)
         forward.set('sampling_frequency', 20000)
-        assert forward.start(length=1024) is None
-        fd = forward.open(os.O_NONBLOCK)
+        stream = forward.stream(os.O_NONBLOCK, length=1024)
         taken = refused = 0
         while taken < 20000:
             try:
-                written = os.write(fd, scans(taken + 1, 100))
+                written = stream.write(scans(taken + 1, 100))
                 assert written % 12 == 0
                 taken += written // 12
             except BlockingIOError:
                 refused += 1
-                assert polled(fd, select.POLLOUT, 10) == select.POLLOUT
-        forward.stop_and_close(fd)
+                assert polled(stream.fd, select.POLLOUT, 60) == select.POLLOUT
+        stream.finish()
         assert refused > 5
         self.check_record(forward, taken)
 
     def test_no_room_no_event(self):
         forward = self.forward(4, 'line', more=SLOW)
         forward.set('sampling_frequency', 400)      # a block takes more than half a second
-        assert forward.start(length=1024) is None
-        fd = forward.open(os.O_NONBLOCK)
-        assert polled(fd, select.POLLOUT, 0) == select.POLLOUT
+        stream = forward.stream(os.O_NONBLOCK, length=1024)
+        assert polled(stream.fd, select.POLLOUT, 0) == select.POLLOUT
         with pytest.raises(BlockingIOError):
             while True:
-                os.write(fd, bytes(12 * 256))
-        assert polled(fd, select.POLLOUT, 0) == 0
-        assert polled(fd, select.POLLOUT, 30) == select.POLLOUT
-        os.close(fd)
+                stream.write(bytes(12 * 256))
+        assert polled(stream.fd, select.POLLOUT, 0) == 0
+        assert polled(stream.fd, select.POLLOUT, 60) == select.POLLOUT
 
-    def test_all_that_was_written_is_sent(self):
+    @pytest.mark.parametrize('count', (1, 2, 255, 256, 257, 1023, 1024, 5000))
+    def test_all_that_was_written_is_sent(self, count):
         """The buffer is disabled behind the last write, full as it is."""
         forward = self.forward(4, 'line', more=SLOW)
-        for count in (1, 2, 255, 256, 257, 1023, 1024, 5000):
-            forward.record(10000)
-            assert forward.start(length=1024) is None
-            fd = forward.open()
-            assert os.write(fd, scans(1, count)) == 12 * count
-            forward.stop_and_close(fd)
-            self.check_record(forward, count)
-            assert forward.x_of('positions') == str(count)
+        forward.record(10000)
+        stream = forward.stream(length=1024)
+        assert stream.write(scans(1, count)) == 12 * count
+        stream.finish()
+        self.check_record(forward, count)
+        assert forward.x_of('positions') == str(count)
 
     def test_a_part_of_a_scan(self):
         """Who is told that it was wrong may write it all again: nothing has been sent."""
         forward = self.forward(4, 'line')
         forward.record(1000)
-        assert forward.start() is None
-        fd = forward.open()
-        assert head_rig.error_name(os.write, fd, scans(1, 300) + b'more') == 'EINVAL'
-        assert os.write(fd, scans(1, 300)) == 12 * 300
-        forward.stop_and_close(fd)
+        stream = forward.stream()
+        assert error_name(stream.write, scans(1, 300) + b'more') == 'EINVAL'
+        assert stream.write(scans(1, 300)) == 12 * 300
+        stream.finish()
         self.check_record(forward, 300)
 
     def test_signals(self):
@@ -118,31 +113,27 @@ class TestWaiting(Case):
         caught = []
         before = signal.signal(signal.SIGALRM, lambda *_: caught.append(True))
         self.add_cleanup(signal.signal, signal.SIGALRM, before)
-        assert forward.start(length=4096) is None
-        fd = forward.open()
+        stream = forward.stream(length=4096)
         signal.setitimer(signal.ITIMER_REAL, 0.003, 0.003)
         try:
             for first in range(1, 60001, 1500):
-                assert os.write(fd, scans(first, 1500)) == 12 * 1500
+                assert stream.write(scans(first, 1500)) == 12 * 1500
         finally:
             signal.setitimer(signal.ITIMER_REAL, 0)
-        forward.stop_and_close(fd)
+        stream.finish()
         assert len(caught) > 20
         self.check_record(forward, 60000)
 
 
 class TestCutOff(Case):
     def blocked(self, forward):
-        """-> (fd, a thread that waits in write())"""
-        assert forward.start(length=1024) is None
-        fd = forward.open()
-        self.add_cleanup(os.close, fd)
-        writer = Writer(fd, bytes(12 * 4000))
+        """-> a thread that waits in write()"""
+        writer = Writer(forward.stream(length=1024), bytes(12 * 4000))
         assert wait(lambda: writer.written > 12 * 20000)
         return writer
 
     def returned(self, writer):
-        writer.join(20)
+        writer.join(60)
         assert not writer.is_alive(), 'write() does not return'
         return writer.error
 
@@ -176,15 +167,18 @@ class TestCutOff(Case):
         for round_ in range(1, 6):
             child = os.fork()
             if not child:
-                fd = forward.open()
-                while True:
-                    os.write(fd, scans(round_, 1) * 4000)
+                try:
+                    stream = forward.open()
+                    while True:
+                        stream.write(scans(round_, 1) * 4000)
+                finally:
+                    os._exit(1)
             assert wait(lambda: forward.x_of('positions') == str(round_))
             os.kill(child, signal.SIGKILL)
             assert os.waitpid(child, 0) == (child, signal.SIGKILL)
-        fd = forward.open()
-        assert os.write(fd, scans(777, 1)) == 12
-        forward.stop_and_close(fd)
+        stream = forward.open()
+        assert stream.write(scans(777, 1)) == 12
+        stream.finish()
         assert forward.x_of('positions') == '777'
 
     def test_module_goes_before_the_buffer_is_closed(self):
@@ -192,16 +186,18 @@ class TestCutOff(Case):
         forward = self.forward(4, 'line')
         device = forward.open()
         number = bytearray(4)
-        fcntl.ioctl(device, IIO_BUFFER_GET_FD, number)
+        fcntl.ioctl(device.fd, IIO_BUFFER_GET_FD, number)
         fd = struct.unpack('i', number)[0]
-        os.close(device)
+        self.add_cleanup(os.close, fd)
+        device.close()
         assert forward.start() is None
         assert os.write(fd, scans(1, 10)) == 120
-        kernel.unload_module('xy3_spi')
-        assert head_rig.error_name(os.write, fd, bytes(12)) == 'ENODEV'
-        assert polled(fd, select.POLLOUT, 0) == 0
-        os.close(fd)
-        forward_rig.load_driver()
+        kernel.remove_module('xy3_spi')
+        try:
+            assert error_name(os.write, fd, bytes(12)) == 'ENODEV'
+            assert polled(fd, select.POLLOUT, 0) == 0
+        finally:
+            forward_rig.load_driver()
         forward.find()
         assert forward.set('out_angl0_raw', 5) is None
 
@@ -210,33 +206,31 @@ class TestTwoHeads(Case):
     def test_streams(self):
         """Each gets its own scans, whoever else writes."""
         self.sim(4, 'line', more='heads=2')
-        both = [Forward(0), Forward(1)]
-        fds = []
+        both = [self.channel(0), self.channel(1)]
+        streams = []
         for forward in both:
             forward.record(30000)
-            assert forward.start() is None
-            fds.append(forward.open())
+            streams.append(forward.stream())
         for part in range(20):
-            for number, fd in enumerate(fds):
-                os.write(fd, scans(1 + number * 100000 + part * 1000, 1000))
+            for number, stream in enumerate(streams):
+                stream.write(scans(1 + number * 100000 + part * 1000, 1000))
             write_file(both[part % 2].head + 'calibrate', 'x')
-        for number, (forward, fd) in enumerate(zip(both, fds)):
-            forward.stop_and_close(fd)
+        for number, (forward, stream) in enumerate(zip(both, streams)):
+            stream.finish()
             assert forward.recorded() == scans(1 + number * 100000, 20000)
             assert forward.sim_number('stats', 'commands') == 10
             assert forward.bad_frames() == []
 
     def test_one_goes(self):
         self.sim(4, 'line', more='heads=2')
-        one, other = Forward(0), Forward(1)
-        assert other.start() is None
-        fd = other.open()
+        one, other = self.channel(0), self.channel(1)
+        stream = other.stream()
         other.record(1000)
-        os.write(fd, scans(1, 300))
+        stream.write(scans(1, 300))
         one.unbind()
         assert head_rig.heads() == ['xy3-1']
-        os.write(fd, scans(301, 300))
-        other.stop_and_close(fd)
+        stream.write(scans(301, 300))
+        stream.finish()
         assert other.recorded() == scans(1, 600)
         one.bind()
         assert head_rig.heads() == ['xy3-0', 'xy3-1']
@@ -251,25 +245,24 @@ class TestRates(Case):
         forward = self.forward(4, 'line')
         assert forward.attach()
         forward.record(100000)
-        assert forward.start() is None
-        fd = forward.open()
+        stream = forward.stream()
         first, commands = 1, 0
         for rate in (57600, 921600, 115200, 230400, 460800) * 3:
-            os.write(fd, scans(first, 1000))
+            stream.write(scans(first, 1000))
             first += 1000
             write_file(forward.head + 'rate', str(rate))
             commands += 1
             assert forward.sim('rate') == str(rate)
             assert read_file(forward.head + 'rate') == '%d\n' % rate
             assert self.in_sync(forward), rate
-        forward.stop_and_close(fd)
+        stream.finish()
         assert forward.recorded() == scans(1, first - 1)
         assert forward.sim_number('stats', 'commands') == commands
         assert forward.bad_frames() == []
 
     def still(self, forward, rate, error):
         """The rate cannot be changed, and all is as before."""
-        assert head_rig.error_name(write_file, forward.head + 'rate', str(rate)) == error
+        assert error_name(write_file, forward.head + 'rate', str(rate)) == error
         assert read_file(forward.head + 'rate') == '115200\n'
         assert forward.sim('rate') == '115200'
         assert self.in_sync(forward)
@@ -294,8 +287,8 @@ class TestRates(Case):
         assert forward.attach()
         forward.set_sim('faults/uart_silence', 1 << 30)
         began = time.monotonic()
-        assert head_rig.error_name(write_file, forward.head + 'rate', '57600') == \
-                         'ETIMEDOUT'
+        assert error_name(write_file, forward.head + 'rate', '57600') == \
+            'ETIMEDOUT'
         assert time.monotonic() - began < 60
         forward.set_sim('faults/uart_silence', 0)
         codes = [code for code, *_ in forward.commands()]

@@ -14,7 +14,6 @@ import struct
 import pytest
 import case
 
-import head_rig
 import kernel
 from kernel import read_file, wait, write_file
 
@@ -53,12 +52,6 @@ def checked(result):
     return result
 
 
-def unload(name):
-    """What was closed a moment ago may still be held."""
-    if not wait(lambda: head_rig.error_name(kernel.unload_module, name) is None):
-        raise AssertionError('%s stays' % name)
-
-
 class Spidev:
     """An open device of the library."""
 
@@ -91,12 +84,10 @@ class Spidev:
 
 
 class Case(case.Case):
-    maxDiff = 1000
-
     def head(self, lines=1, framing='cs', more=''):
         """A virtual head; -> the path of its spidev"""
         kernel.load_module(SIM, 'modalias=spidev lines=%d framing=%s %s' % (lines, framing, more))
-        self.add_cleanup(unload, 'xy3_sim')
+        self.add_cleanup(kernel.remove_module, 'xy3_sim')
         self.spi = self.sim('devices')['spi']
         path = '/dev/' + self.sim('devices')['spidev']
         assert wait(lambda: os.path.exists(path)), path
@@ -109,7 +100,7 @@ class Case(case.Case):
         return spidev
 
     def reload_spidev(self, parameters):
-        unload('spidev')
+        kernel.remove_module('spidev')
         kernel.load_module(os.environ['SPIDEV_MODULE'], parameters)
 
     def sim(self, name):
@@ -165,8 +156,8 @@ class TestClosedLoop(Case):
         self.assert_received(scans)
         commands = [line.split()[:2] for line in read_file(DEBUGFS + 'commands').splitlines()]
         assert commands == [['%d' % (n * 100 + 100),
-                                     '%05x' % ((REFERENCE if n % 2 else CALIBRATE) | n)]
-                                    for n in range(10)]
+                             '%05x' % ((REFERENCE if n % 2 else CALIBRATE) | n)]
+                            for n in range(10)]
         self.assert_error('ERANGE', spidev.command, 1 << 20)
 
     def test_repeat(self):
@@ -303,4 +294,4 @@ def setup_module():
 
 
 def teardown_module():
-    unload('spidev')
+    kernel.remove_module('spidev')

@@ -33,18 +33,54 @@ def load():
 
 
 def unload():
-    kernel.unload_module('xy3_spi')
+    kernel.remove_module('xy3_spi')
     head_rig.unload()
 
 
 def load_sim(lines=4, framing='line', cs_word=0, more=''):
-    kernel.load_module(FOLDER + '/sim/xy3-sim.ko', 'lines=%d framing=%s cs_word=%d %s'
-                       % (lines, framing, cs_word, more))
+    """In time-travel transfers take their time unless `more` has it otherwise: a stream repeats its
+    last position for ever, and with transfers that take none no time would pass any more.
+    """
+    kernel.load_module(FOLDER + '/sim/xy3-sim.ko',
+                       'lines=%d framing=%s cs_word=%d realtime=%d %s'
+                       % (lines, framing, cs_word, kernel.TIME_TRAVEL, more))
 
 
 def unload_sim():
-    if not wait(lambda: head_rig.error_name(kernel.unload_module, 'xy3_sim') is None):
-        raise AssertionError('xy3-sim stays')
+    """If it is loaded."""
+    if kernel.is_loaded('xy3_sim'):
+        kernel.remove_module('xy3_sim')
+
+
+class Stream:
+    """The IIO device of a forward channel, open for writing."""
+
+    def __init__(self, forward, flags=0):
+        self.forward = forward
+        self.fd = os.open('/dev/' + os.path.basename(forward.iio.rstrip('/')),
+                          os.O_WRONLY | flags)
+
+    def close(self):
+        if self.fd is not None:
+            os.close(self.fd)
+            self.fd = None
+
+    def write(self, data):
+        """-> number of bytes taken"""
+        return os.write(self.fd, data)
+
+    def write_all(self, data, piece):
+        """In pieces whose size piece() gives."""
+        data = memoryview(data)
+        while data:
+            data = data[self.write(data[:piece()]):]
+
+    def finish(self):
+        """What was written is sent, and the buffer disabled; an error is the end of the test."""
+        try:
+            write_file(self.forward.iio + 'buffer/enable', '0')
+        finally:
+            self.close()
 
 
 class Forward:
@@ -57,14 +93,20 @@ class Forward:
         self.head = '/sys/class/xy3/xy3-%d/' % number
         self.number_of_tty = number
         self.uart = None
+        self.streams = []
         self.find()
 
     def find(self):
         """The IIO device, which another line map makes anew."""
-        self.iio = wait(lambda: (glob.glob(self.spi + 'iio:device*') or [''])[0], 5) + '/'
+        found = wait(lambda: glob.glob(self.spi + 'iio:device*'))
+        if not found:
+            raise AssertionError('%s has no IIO device' % self.device)
+        self.iio = found[0] + '/'
         self.axes = len(glob.glob(self.iio + 'out_angl*_raw'))
 
     def close(self):
+        for stream in self.streams:
+            stream.close()
         if self.uart is not None:
             os.close(self.uart)
             self.uart = None
@@ -116,15 +158,17 @@ class Forward:
     def stop(self):
         return self.set('buffer/enable', 0)
 
-    def stop_and_close(self, fd):
-        """What was written is sent; an error is the end of the test."""
-        try:
-            write_file(self.iio + 'buffer/enable', '0')
-        finally:
-            os.close(fd)
-
     def open(self, flags=0):
-        return os.open('/dev/' + os.path.basename(self.iio.rstrip('/')), os.O_WRONLY | flags)
+        """-> Stream, which is closed behind the test at the latest"""
+        self.streams.append(Stream(self, flags))
+        return self.streams[-1]
+
+    def stream(self, flags=0, **options):
+        """Enables the buffer with the options of start(). -> Stream"""
+        error = self.start(**options)
+        if error:
+            raise AssertionError('the stream does not start: %s' % error)
+        return self.open(flags)
 
     def bind(self):
         write_file(DRIVER + 'bind', self.device)
@@ -136,20 +180,16 @@ class Forward:
         """-> [(code, name and axes), ...]"""
         return [tuple(line.split(' ', 2)[1:]) for line in self.sim('commands').splitlines()]
 
+    def codes(self):
+        """-> codes of the commands that have come"""
+        return [code for code, *_ in self.commands()]
+
     def attach(self):
         self.uart = os.open('/dev/ttyXY3SIM%d' % self.number_of_tty, os.O_RDWR | os.O_NOCTTY)
         tty.setraw(self.uart)
         head_rig.set_speed(self.uart, 115200)
         fcntl.ioctl(self.uart, termios.TIOCSETD, struct.pack('i', head_rig.LDISC))
-        return wait(lambda: read_file(self.head + 'in_sync') == '1\n', 10)
-
-
-def write_all(fd, data, piece):
-    """In pieces whose size piece() gives."""
-    done = 0
-    data = memoryview(data)
-    while done < len(data):
-        done += os.write(fd, data[done:done + piece()])
+        return wait(lambda: read_file(self.head + 'in_sync') == '1\n')
 
 
 class Case(case.Case):
@@ -157,9 +197,13 @@ class Case(case.Case):
         load_sim(*arguments, **keywords)
         self.add_cleanup(unload_sim)
 
+    def channel(self, number=0):
+        """The forward channel of a virtual head that is there already."""
+        forward = Forward(number)
+        self.add_cleanup(forward.close)
+        return forward
+
     def forward(self, *arguments, **keywords):
         """A virtual head, alone."""
         self.sim(*arguments, **keywords)
-        forward = Forward()
-        self.add_cleanup(forward.close)
-        return forward
+        return self.channel()

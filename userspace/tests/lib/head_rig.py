@@ -45,10 +45,7 @@ def load(parameters=''):
 
 
 def unload():
-    """A tty that was closed is released by a worker, and holds the module until then."""
-    if not wait(lambda: error_name(kernel.unload_module, MODULE) != 'EAGAIN'):
-        raise AssertionError('the module is in use: %s users'
-                             % read_file('/sys/module/%s/refcnt' % MODULE).strip())
+    kernel.remove_module(MODULE)
 
 
 def heads():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The kernel under test: modules that come and go, its files, what it says."""
+"""The kernel under test: its modules, its files, and how to wait for it."""
 
 import ctypes
 import os
@@ -28,8 +28,22 @@ def load_module(path, parameters=''):
 
 
 def unload_module(name):
-    """rmmod"""
+    """rmmod; OSError if the module is in use"""
     syscall(SYS_DELETE_MODULE, name.encode(), os.O_NONBLOCK)
+
+
+def remove_module(name):
+    """rmmod, as soon as nothing holds the module: some files are released by a worker only."""
+    def removed():
+        try:
+            unload_module(name)
+        except BlockingIOError:         # EAGAIN
+            return False
+        return True
+
+    if not wait(removed):
+        raise AssertionError('%s is in use: %s users'
+                             % (name, read_file('/sys/module/%s/refcnt' % name).strip()))
 
 
 def is_loaded(name):
@@ -50,8 +64,15 @@ def write_file(path, text):
         os.close(fd)
 
 
-def wait(condition, timeout=10.0, step=0.005):
-    """Waits until condition() gives something true, or the time is up. -> what it gave last"""
+# Whether time passes only while nothing can run: no pause is too short then, on any host
+TIME_TRAVEL = 'time-travel' in read_file('/proc/cmdline').split()
+
+
+def wait(condition, timeout=60.0, step=0.005):
+    """Waits until condition() gives something true, or the time is up. -> what it gave last
+
+    The timeout is for failures: it allows for a host that is busy with something else.
+    """
     deadline = time.monotonic() + timeout
     while True:
         result = condition()
