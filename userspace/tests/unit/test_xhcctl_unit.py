@@ -131,9 +131,15 @@ class TestLayouts(Case):
         keys = dict(line.strip().split('=') for line in lines[3:])
         assert list(keys) == ['KEYBOARD_KEY_%02x' % scan for scan in range(1, 0x18)]
         assert keys['KEYBOARD_KEY_01'] == 'stop'
-        assert keys['KEYBOARD_KEY_17'] == 'restart'
-        for scan in (4, 0x16):          # a key without a code; one that these units lack
+        for scan in (4, 0x17, 0x16):    # keys without a code; one that these units lack
             assert keys['KEYBOARD_KEY_%02x' % scan] == 'btn_trigger_happy%d' % scan
+
+    def test_no_key_stops_the_computer(self):
+        """systemd-logind acts upon these, from whatever device they come."""
+        for name in ('hb03', 'hb04-16', 'hb04-18'):
+            codes = set(re.findall(r'=(.*)', run('layout', name).out))
+            assert 'stop' in codes
+            assert not codes & {'power', 'power2', 'restart', 'sleep', 'suspend'}
 
     def test_entry_is_as_udev_wants_it(self):
         """Every property behind one blank, every match at the beginning of its line."""
