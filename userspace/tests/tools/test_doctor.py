@@ -87,7 +87,7 @@ class TestPendant(Checks, rig.Case):
             name = read_file('/proc/self/comm').strip()
             assert '%s has taken %s from the kernel' % (name, interface) in \
                           found['holder'][0]
-            assert 'kill %d && echo %s | sudo tee /sys/bus/usb/drivers/usbhid/bind' \
+            assert 'kill %d && sleep 1 && echo %s | sudo tee /sys/bus/usb/drivers/usbhid/bind' \
                           % (os.getpid(), interface) in found['holder'][1]
             fcntl.ioctl(fd, USBDEVFS_RELEASEINTERFACE, struct.pack('I', 0))
         finally:

@@ -40,7 +40,8 @@ static void look_interface(struct doctor *doctor, const char *path)
 	snprintf(node, sizeof(node), "/dev/bus/usb/%03lld/%03lld", bus, device);
 	snprintf(mend, sizeof(mend), "echo %s | sudo tee /sys/bus/usb/drivers/usbhid/bind", name);
 	if (doctor_holder(doctor, node, holder, sizeof(holder), &pid)) {
-		snprintf(mend, sizeof(mend), "sudo kill %d && echo %s | "
+		/* the second is for the program: it holds the interface until it has ended */
+		snprintf(mend, sizeof(mend), "sudo kill %d && sleep 1 && echo %s | "
 			 "sudo tee /sys/bus/usb/drivers/usbhid/bind", (int)pid, name);
 		doctor_found(doctor, mend, "%s has taken %s from the kernel by libusb (process %d)",
 			     holder, name, (int)pid);

@@ -172,7 +172,7 @@ def test_doctor_finds_a_program_that_holds_the_pendant():
             fcntl.ioctl(fd, USBDEVFS_DISCONNECT_CLAIM, struct.pack('II256s', 0, 0, b''), False)
             text, mend = look('xhcctl')['holder']
             assert 'python3 has taken %s' % os.path.basename(interface) in text, text
-            assert 'kill %d && echo ' % os.getpid() in mend, mend
+            assert 'kill %d && sleep 1 && echo ' % os.getpid() in mend, mend
         finally:
             os.close(fd)
         before = plugged.usb.frame_count
