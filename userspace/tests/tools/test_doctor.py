@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """doctor with real faults: of virtual pendants and heads, each beside the device that is well.
 
-What is not about a device (headers, DKMS, Secure Boot, udev's rules) is in test_doctor_unit.py: the
+What is not about a device (headers, DKMS, Secure Boot, udev's rules) is in test_doctor_root.py: the
 test kernel has none of it.
 """
 
