@@ -5,13 +5,28 @@ import json
 import os
 import signal
 import subprocess
+import sys
 
 import jsonschema
 
 HERE = os.path.dirname(os.path.realpath(__file__))
+BUILD = os.path.realpath(os.path.join(HERE, '..', '..', '..', 'build'))
 TOOLS = os.environ.get('TOOLS', '')
 SOURCE = os.path.join(HERE, '..', '..', 'tools')
 OK, FAILURE, USAGE, NO_DEVICE = range(4)
+
+
+def build(name, flags, *goals):
+    """For tests that no level has built the tools for. -> the folder that has them, in build/"""
+    folder = os.path.join(BUILD, name)
+    subprocess.run(['make', '-s', '-j%d' % os.cpu_count(), '-C', SOURCE, 'O=' + folder,
+                    'CFLAGS=-Werror ' + flags, *goals], check=True, stdout=sys.stderr)
+    return folder
+
+
+def build_sanitized():
+    return build('unit-tools-sanitized',
+                 '-O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all', 'programs')
 
 
 class Tool:

@@ -10,14 +10,14 @@ import os
 import re
 import shutil
 import subprocess
-import sys
 import tempfile
+
 import case
+from tool import build_sanitized
 
 
 HERE = os.path.dirname(os.path.realpath(__file__))
 TOP = os.path.join(HERE, '..', '..', '..')
-SOURCE = os.path.join(TOP, 'userspace', 'tools')
 KERNEL = '6.12.0-test-amd64'
 DKMS = 'var/lib/dkms/xhc-xy3'
 MODULES = 'lib/modules/%s/' % KERNEL
@@ -100,14 +100,7 @@ class Root:
 class TestCase(case.Case):
     @classmethod
     def setup_class(cls):
-        cls.dir = tempfile.mkdtemp()
-        flags = 'CFLAGS=-O1 -g -Werror -fsanitize=address,undefined -fno-sanitize-recover=all'
-        subprocess.run(['make', '-s', '-C', SOURCE, 'O=' + cls.dir, flags, 'programs'],
-                       check=True, stdout=sys.stderr)
-
-    @classmethod
-    def teardown_class(cls):
-        shutil.rmtree(cls.dir)
+        cls.dir = build_sanitized()
 
     def root(self, tool):
         root = Root(tool)

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-only
 """Unit tests of xy3-head-sim, its lines: pseudo terminal, sockets, files, and the loop."""
 
@@ -286,8 +285,7 @@ class TestSockets(Case):
             first.connect(self.unix()[5:])
             sim.wait_open(LIMIT)
             second.connect(self.unix()[5:])
-            sim.run(timeout=0.05)
-            second.settimeout(LIMIT)
+            assert sim.run(lambda: select.select([second], [], [], 0)[0], LIMIT)
             assert second.recv(1) == b''
             sim.head.report('vendor')
             assert first.recv(100) == wire.vendor('Virtual')
@@ -322,11 +320,13 @@ class TestSockets(Case):
         assert os.listdir(self.dir) == []
 
     def test_addresses(self):
-        for text in ('unix:', 'tcp:', 'tcp:x', 'tcp:65536', 'tcp:example.org:80', 'udp:1', '',
-                     'tcp:10.0.0.1:80'):
-            with case.row(text), pytest.raises(line.LineError):
-                line.check_address(text)
         for text in ('unix:a', 'tcp:1', 'tcp:localhost:1', 'tcp:127.0.0.1:1'):
+            line.check_address(text)
+
+    @pytest.mark.parametrize('text', ['unix:', 'tcp:', 'tcp:x', 'tcp:65536', 'tcp:example.org:80',
+                                      'udp:1', '', 'tcp:10.0.0.1:80'])
+    def test_wrong_addresses(self, text):
+        with pytest.raises(line.LineError):
             line.check_address(text)
 
     def test_queue(self):
@@ -357,16 +357,15 @@ class TestSockets(Case):
         ours, theirs = self.pair()
         one = quiet_head(rate=57600)
         sim = self.simulate(one, line.Line(os.dup(ours.fileno()), 'pair', pace=True))
-        for _ in range(100):
-            one.debug('x' * 190)
-        # 5760 bytes a second, a tenth of it in advance: most of it has not gone out yet
-        assert one.counts()['queued'] > 19300 // 2
-        reader = Listener(theirs.fileno(), 19300)
         began = time.monotonic()
+        for _ in range(30):
+            one.debug('x' * 189)
+        # 5760 bytes a second, a tenth of it in advance
+        reader = Listener(theirs.fileno(), 5760)
         sim.flush(LIMIT)
-        assert time.monotonic() - began > 1
+        assert time.monotonic() - began > 0.85
         reader.wait()
-        assert len(reader.data) == 19300
+        assert len(reader.data) == 5760
 
     def test_the_loop_sleeps(self):
         """Nothing to do costs nothing, whatever state the line is in."""
@@ -382,8 +381,8 @@ class TestSockets(Case):
                 steps, step = [], sim._step
                 sim._step = lambda deadline, step=step, steps=steps: (steps.append(1),
                                                                       step(deadline))
-                sim.run(timeout=0.5)
-                assert len(steps) < 60
+                sim.run(timeout=0.2)
+                assert 0 < len(steps) < 24
 
 
 class TestFiles(Case):

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-only
 """Unit tests of xy3-head-sim, the format: tables, packets, frames, and the decoder."""
 

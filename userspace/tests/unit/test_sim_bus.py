@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-only
 """Unit tests of xhc-sim, its two buses: USB through vhci_hcd, and uhid. No kernel is asked."""
 
@@ -8,11 +7,14 @@ import socket
 import struct
 import threading
 import time
+
 import pytest
-from case import Case
 
 from busless_pendant import HB04, chunks, frame
+from case import Case
 from xhc_sim import models, pendant, uhid, usb
+
+LIMIT = 20                  # seconds, for anything that is expected to happen
 
 
 class FakeKernel(usb.UsbPendant):
@@ -37,7 +39,7 @@ class FakeKernel(usb.UsbPendant):
 
     def answer(self, inbound=False):
         """-> (command, seqnum, status, actual length, data)"""
-        self.host.settimeout(3)
+        self.host.settimeout(LIMIT)
         head = usb._read(self.host, 48)
         command, seqnum, _, _, _, status, actual = struct.unpack('>IIIIIii20x', head)
         data = usb._read(self.host, actual) if inbound and actual > 0 else b''
@@ -94,7 +96,7 @@ class TestUsb(Case):
 
     def test_input_report_after_poll(self):
         self.pendant.submit(5, endpoint=1, inbound=True, length=64)
-        assert self.pendant.polled.wait(3)
+        assert self.pendant.polled.wait(LIMIT)
         self.pendant.report(b'\x04\x01\x00\x11\x00\x17')
         assert self.pendant.answer(True) == (3, 5, 0, 6, b'\x04\x01\x00\x11\x00\x17')
 
@@ -108,7 +110,7 @@ class TestUsb(Case):
 
     def test_unlink_of_a_poll(self):
         self.pendant.submit(8, endpoint=1, inbound=True, length=64)
-        self.pendant.polled.wait(3)
+        assert self.pendant.polled.wait(LIMIT)
         self.pendant.unlink(9, 8)
         assert self.pendant.answer()[:3] == (4, 9, -errno.ECONNRESET)
         self.pendant.unlink(10, 8)
@@ -121,7 +123,7 @@ class TestUsb(Case):
         for seqnum, part in enumerate(chunks(frame(HB04, day=9)), 20):
             self.chunk(seqnum, part)
             assert self.pendant.answer() == (3, seqnum, 0, 8, b'')
-        assert self.pendant.wait_frames(1, 3)
+        assert self.pendant.wait_frames(1, LIMIT)
         assert self.pendant.lcd.day == 9
         assert {(r.wvalue, r.windex, len(r.data)) for r in self.pendant.set_reports} == \
                          {(0x0306, 0, 8)}
@@ -149,10 +151,8 @@ class TestUsb(Case):
         self.chunk(34)
         self.pendant.unlink(35, 34)
         assert self.pendant.answer()[:2] == (4, 35)
-        time.sleep(0.15)
-        self.pendant.host.setblocking(False)
-        with pytest.raises(BlockingIOError):
-            self.pendant.host.recv(1)
+        self.chunk(36)                  # as slow, and behind it
+        assert self.pendant.answer()[:3] == (3, 36, 0)
 
     def test_cable_cut_in_mid_transfer(self):
         self.pendant.set_fault('unplug', skip=2)

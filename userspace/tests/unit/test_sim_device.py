@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-only
 """Unit tests of xhc-sim, the device: its models, its LCD, its keys, its faults.
 

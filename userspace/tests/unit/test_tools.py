@@ -5,14 +5,10 @@ the shells take them.
 
 import os
 import re
-import shutil
 import subprocess
-import sys
-import tempfile
 
+from tool import SOURCE, build
 
-HERE = os.path.dirname(os.path.realpath(__file__))
-SOURCE = os.path.join(HERE, '..', '..', 'tools')
 OPTION = re.compile(r'^ +(?:-., )? *(--[a-z-]+)', re.M)
 
 
@@ -26,13 +22,7 @@ class Tool:
 
     @classmethod
     def setup_class(cls):
-        cls.dir = tempfile.mkdtemp()
-        subprocess.run(['make', '-s', '-C', SOURCE, 'O=' + cls.dir, 'CFLAGS=-O2 -Werror'],
-                       check=True, stdout=sys.stderr)
-
-    @classmethod
-    def teardown_class(cls):
-        shutil.rmtree(cls.dir)
+        cls.dir = build('unit-tools', '-O2')
 
     def at(self, *path):
         return os.path.join(self.dir, *path)

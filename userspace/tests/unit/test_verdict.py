@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-only
 """The verdict against results written by hand: what no kernel can be made to leave on purpose."""
 import contextlib

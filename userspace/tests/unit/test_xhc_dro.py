@@ -1,19 +1,21 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-only
 """Unit tests of xhc-dro with a HAL and a sysfs that are not there: what it writes, what it says
 of errors, how it follows a pendant and hal_input; and that its HAL files, page and driver agree.
 """
 
 import errno
+import math
 import os
 import re
 import shutil
 import sys
 import tempfile
 import types
-import case
 from unittest import mock
 
+import pytest
+
+import case
 from busless_pendant import HB04
 
 PRODUCT = os.path.join(os.path.dirname(os.path.realpath(__file__)), '..', '..', 'linuxcnc')
@@ -64,30 +66,29 @@ class Hal(types.SimpleNamespace):
 
 
 class TestTexts:
-    def test_coordinate(self):
-        for value, text in ((0, '0.0000'), (-220.334, '-220.3340'), (1e9, '65535.9900'),
-                            (-1e9, '-65535.9900'), (float('inf'), '65535.9900'),
-                            (float('nan'), '0.0000'), (1.99999, '2.0000')):
-            assert display.coordinate(value) == text
+    @pytest.mark.parametrize('value, text', [
+        (0, '0.0000'), (-220.334, '-220.3340'), (1e9, '65535.9900'), (-1e9, '-65535.9900'),
+        (math.inf, '65535.9900'), (math.nan, '0.0000'), (1.99999, '2.0000')])
+    def test_coordinate(self, value, text):
+        assert display.coordinate(value) == text
 
-    def test_number(self):
-        for value, text in ((0, '0'), (-1, '0'), (99.6, '100'), (7e4, '65535'),
-                            (float('inf'), '65535'), (float('nan'), '0')):
-            assert display.number(value) == text
+    @pytest.mark.parametrize('value, text', [
+        (0, '0'), (-1, '0'), (99.6, '100'), (7e4, '65535'), (math.inf, '65535'), (math.nan, '0')])
+    def test_number(self, value, text):
+        assert display.number(value) == text
 
-    def test_multiplier(self):
-        known = sorted(STEPS.values())
-        for step, unit, text in ((0.001, 0.001, '1'), (0.01, 0.001, '10'), (0.1, 0.001, '100'),
-                                 (1, 0.001, '1000'), (0.0001, 0.0001, '1'), (0.002, 0.001, '0'),
-                                 (0.0011, 0.001, '0'), (0, 0.001, '0'), (-0.001, 0.001, '0'),
-                                 (float('nan'), 0.001, '0'), (float('inf'), 0.001, '0')):
-            assert display.multiplier(step, unit, known) == text, step
+    @pytest.mark.parametrize('step, unit, text', [
+        (0.001, 0.001, '1'), (0.01, 0.001, '10'), (0.1, 0.001, '100'), (1, 0.001, '1000'),
+        (0.0001, 0.0001, '1'), (0.002, 0.001, '0'), (0.0011, 0.001, '0'), (0, 0.001, '0'),
+        (-0.001, 0.001, '0'), (math.nan, 0.001, '0'), (math.inf, 0.001, '0')])
+    def test_multiplier(self, step, unit, text):
+        assert display.multiplier(step, unit, sorted(STEPS.values())) == text
 
-    def test_state(self):
-        for on, text in (('', 'idle'), ('running', 'run'), ('paused', 'pause'),
-                         ('running paused', 'pause'), ('inch', 'inch'),
-                         ('running inch', 'run+inch')):
-            assert display.state({**PINS, **dict.fromkeys(on.split(), True)}) == text
+    @pytest.mark.parametrize('on, text', [
+        ('', 'idle'), ('running', 'run'), ('paused', 'pause'), ('running paused', 'pause'),
+        ('inch', 'inch'), ('running inch', 'run+inch')])
+    def test_state(self, on, text):
+        assert display.state({**PINS, **dict.fromkeys(on.split(), True)}) == text
 
     def test_all(self):
         pins = {**PINS, 'work-x': 1.5, 'machine-z': -2, 'feed-override': 1.2, 'velocity': -20,

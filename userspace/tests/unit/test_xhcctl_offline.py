@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-only
 """Unit tests of xhcctl without a pendant: words on the command line, layouts, recordings.
 
@@ -9,12 +8,11 @@ import os
 import random
 import re
 import stat
-import subprocess
 import tempfile
 import case
 
 from busless_pendant import models
-from tool import FAILURE, NO_DEVICE, OK, SOURCE, USAGE
+from tool import FAILURE, NO_DEVICE, OK, USAGE, build_sanitized
 from xhcctl_tool import LAYOUTS, environment, run, xhcctl
 
 VERBS = ('list', 'monitor', 'show', 'set', 'layout', 'record', 'replay', 'doctor')
@@ -26,11 +24,7 @@ REPORTS = 'E: 000000.000000 6 04 01 00 11 00 17\nE: 000001.250000 6 04 00 00 11 
 
 
 def setup_module():
-    out = os.path.realpath(os.path.join(SOURCE, '..', '..', 'build', 'xhcctl-unit'))
-    xhcctl.path = os.path.join(out, 'xhcctl')
-    subprocess.run(['make', '-s', '-C', SOURCE, 'O=' + out, xhcctl.path,
-                    'CFLAGS=-O1 -g -Werror -fsanitize=address,undefined'],
-                   check=True, stdout=subprocess.DEVNULL)
+    xhcctl.path = os.path.join(build_sanitized(), 'xhcctl')
 
 
 class Case(case.Case):
