@@ -21,6 +21,7 @@ xhcctl, xy3ctl = Tool('xhcctl'), Tool('xy3ctl')
 INSTALLATION = {'headers', 'dkms', 'module', 'version', 'signature', 'rules'}
 USBDEVFS_DISCONNECT_CLAIM = 0x8108551b
 USBDEVFS_RELEASEINTERFACE = 0x80045510
+LIMIT = 60              # seconds, for what takes none on a machine that has nothing else to do
 DIALOUT = grp.getgrnam('dialout').gr_gid
 
 
@@ -183,11 +184,11 @@ class TestHead(Checks, forward_rig.Case):
         write_file(forward.head + 'autobaud', '0')
         forward.unbind()                # else the head would be told
         write_file(forward.head + 'rate', '57600')
-        assert wait(lambda: 'back' in self.found(), 20)
+        assert wait(lambda: 'back' in self.found(), LIMIT)
         assert '57600' in self.found()['back'][0]
         assert 'echo 1 | sudo tee %sautobaud' % forward.head in self.found()['back'][1]
         write_file(forward.head + 'autobaud', '1')
-        assert wait(lambda: 'back' not in self.found(), 40)
+        assert wait(lambda: 'back' not in self.found(), LIMIT)
         forward.bind()
 
     def test_another_program_at_the_uart(self):
@@ -198,7 +199,7 @@ class TestHead(Checks, forward_rig.Case):
         attach = xy3ctl.start('attach', '/dev/ttyXY3SIM0')
         self.add_cleanup(attach.close)
         attach.line()
-        assert wait(lambda: not self.found(), 20), self.found()
+        assert wait(lambda: not self.found(), LIMIT), self.found()
 
     def test_two_halves(self):
         forward = self.forward(2, 'cs')
@@ -237,7 +238,7 @@ class TestHead(Checks, forward_rig.Case):
         assert forward.set('out_angl0_raw', 5) is None
         assert forward.set('out_angl0_raw', 6) is None
         forward.set_sim('report', '1')
-        assert wait(lambda: 'frames' in self.found(), 20)
+        assert wait(lambda: 'frames' in self.found(), LIMIT)
         assert 'SYNC and CLK' in self.found()['frames'][1]
 
     def test_access(self):

@@ -10,7 +10,6 @@ import pty
 import re
 import select
 import struct
-import time
 
 import forward_rig
 import head_rig
@@ -19,6 +18,7 @@ from kernel import read_file, wait, write_file
 from tool import FAILURE, NO_DEVICE, OK, USAGE, Tool
 from xy3_head_sim import wire
 
+LIMIT = 60              # seconds, for what takes none on a machine that has nothing else to do
 xy3ctl = Tool('xy3ctl')
 SPIDEV = os.environ.get('SPIDEV_MODULE', '')
 
@@ -26,6 +26,16 @@ SPIDEV = os.environ.get('SPIDEV_MODULE', '')
 def setup_module():
     forward_rig.load()
     kernel.load_module(SPIDEV)
+
+
+def lines_with(running, *words):
+    """-> the lines up to that which is the last of these words to come, in any order"""
+    lines = []
+    while not all(any(word in line for line in lines) for word in words):
+        line = running.line()
+        assert line, (lines, running.end())
+        lines.append(line)
+    return lines
 
 
 class Case(forward_rig.Case):
@@ -99,8 +109,10 @@ class TestTelling(Case):
                            ('serial', '4711'), ('temperatures', '3150 - 2980 -550'),
                            ('errors', '0 0 1 101'), ('hours', '1234 - 7'), ('report', '1')):
             forward.set_sim(name, text)
-        assert wait(lambda: head_rig.error_name(read_file, forward.head + 'serial') is
-                             None and read_file(forward.head + 'errors/dac_y') == '101\n', 20)
+        last = {'serial': '4711\n', 'errors/dac_y': '101\n', 'hours/dac_x': '7\n'}
+        assert wait(lambda: all(
+            head_rig.error_name(read_file, forward.head + name) is None and
+            read_file(forward.head + name) == text for name, text in last.items()), LIMIT)
 
     def test_list_and_show(self):
         forward = self.head(4, 'line')
@@ -162,8 +174,10 @@ class TestTelling(Case):
                           'temperature/dac_y -5.50']
         forward.set_sim('errors', '0 4 0 0')
         forward.set_sim('report', '1')
-        assert [line.split(' ', 1)[1] for line in watch.until('errors/dac_y')][-3:] == \
-                         ['errors/dsp power', 'errors/dac_x none', 'errors/dac_y none']
+        # it reads one after another: the packet may have come in the middle of that
+        assert {line.split(' ', 1)[1] for line in lines_with(
+            watch, 'errors/dsp', 'errors/dac_x', 'errors/dac_y')} == \
+            {'errors/dsp power', 'errors/dac_x none', 'errors/dac_y none'}
         assert watch.interrupt()[0] == OK
 
     def test_watch_json(self):
@@ -173,10 +187,11 @@ class TestTelling(Case):
         watch.until('frame_errors/w')
         forward.set_sim('temperatures', '3160')
         forward.set_sim('report', '1')
-        changed = xy3ctl.documents('\n'.join(watch.until('temperature/dac_y')))
-        assert [(line['name'], line['value']) for line in changed] == \
-                         [('temperature/head', 31.6), ('temperature/dac_x', None),
-                          ('temperature/dac_y', None)]
+        changed = xy3ctl.documents('\n'.join(lines_with(
+            watch, 'temperature/head', 'temperature/dac_x', 'temperature/dac_y')))
+        assert {line['name']: line['value'] for line in changed} == \
+            {'temperature/head': 31.6, 'temperature/dac_x': None, 'temperature/dac_y': None}
+        assert len(changed) == 3
         forward.close()                 # and the forward channel's end is the head's
         forward.unbind()
         status, _, errors = watch.end()
@@ -223,10 +238,7 @@ class TestTelling(Case):
 class TestPackets(Case):
     def test_live(self):
         forward = self.head(2, 'cs')
-        packets = self.started('packets', '--raw')
-        # packets are handed out to who has the tty open
-        assert wait(lambda: any(
-            os.path.realpath(fd) == '/dev/xy3-0' for fd in self.files(packets)), 20)
+        packets = self.listening('--raw')
         for name, text in (('vendor', 'Lasers Ltd'), ('temperatures', '3150 - 2980'),
                            ('errors', '0 1 100'), ('hours', '12 -'), ('send', '48 77 02 0a 0b')):
             forward.set_sim(name, text)
@@ -240,16 +252,18 @@ class TestPackets(Case):
         assert '48 77 02 0a 0b' in [line.strip() for line in lines]
         assert packets.interrupt()[0] == OK
 
-        packets = self.started('packets', '-j', '-n', '3')
-        time.sleep(0.5)
+        packets = self.listening('-j', '-n', '3')
         forward.set_sim('report', '1')
         status, output, _ = packets.end()
         assert (status, len(xy3ctl.documents(output))) == (OK, 3)
 
-    @staticmethod
-    def files(running):
-        folder = '/proc/%d/fd/' % running.process.pid
-        return [folder + name for name in os.listdir(folder)]
+    def listening(self, *options):
+        """Packets are handed out to programs that have the tty open."""
+        packets = self.started('packets', *options)
+        folder = '/proc/%d/fd/' % packets.process.pid
+        assert wait(lambda: any(os.path.realpath(folder + name) == '/dev/xy3-0'
+                                for name in os.listdir(folder)), LIMIT)
+        return packets
 
     def test_head_goes(self):
         forward = self.head(2, 'cs')
@@ -333,7 +347,7 @@ class TestCommanding(Case):
                             (('reference',), '20000 reference xyzuw')):
             document = xy3ctl.json('command', *words)
             assert document['code'] == int(want.split()[0], 16)
-            assert wait(lambda want=want: forward.sim('commands').endswith(want), 5), \
+            assert wait(lambda want=want: forward.sim('commands').endswith(want), LIMIT), \
                             (words, forward.sim('commands'))
 
     def test_rates(self):
@@ -473,7 +487,7 @@ class TestStreaming(Case):
         """It stops when it is told to; what was taken is sent, and the buffer is off."""
         forward = self.head(2, 'cs', attach=False, more='realtime=1')
         stream = self.started('stream', 'circle', '--repeat', '0', '-r', '20000', '-j')
-        assert wait(lambda: forward.number('scans') > 30000, 30)
+        assert wait(lambda: forward.number('scans') > 30000, LIMIT)
         status, output, errors = stream.interrupt()
         assert (status, errors) == (OK, '')
         document, = xy3ctl.documents(output)
@@ -486,12 +500,12 @@ class TestStreaming(Case):
     def test_unbound_in_the_middle(self):
         forward = self.head(2, 'cs', attach=False, more='realtime=1')
         stream = self.started('stream', 'circle', '--repeat', '0')
-        assert wait(lambda: forward.number('scans') > 5000, 30)
+        assert wait(lambda: forward.number('scans') > 5000, LIMIT)
         forward.unbind()
         status, _, errors = stream.end()
         assert status in (FAILURE, NO_DEVICE), errors
         forward.bind()
-        assert wait(lambda: xy3ctl.run('goto', '5')[0] == OK, 10)
+        assert wait(lambda: xy3ctl.run('goto', '5')[0] == OK, LIMIT)
 
     def test_controller_error(self):
         forward = self.head(2, 'cs', attach=False)
@@ -545,7 +559,7 @@ class TestAttaching(Case):
         self.forward(2, 'cs')
         attach = self.started('attach', '/dev/ttyXY3SIM0')
         assert attach.line() == 'xy3-0'
-        assert wait(lambda: xy3ctl.json('show')['in_sync'], 10)
+        assert wait(lambda: xy3ctl.json('show')['in_sync'], LIMIT)
         self.assert_status(FAILURE, 'attach', '/dev/xy3-0')      # a head is no UART
         assert xy3ctl.run('detach', 'xy3-0') == (OK, '', '')
         assert attach.end()[0] == OK
@@ -564,7 +578,7 @@ class TestAttaching(Case):
     def test_daemon(self):
         self.forward(2, 'cs')
         assert xy3ctl.run('attach', '--daemon', '/dev/ttyXY3SIM0')[:2] == (OK, 'xy3-0\n')
-        assert wait(lambda: xy3ctl.json('show')['in_sync'], 10)
+        assert wait(lambda: xy3ctl.json('show')['in_sync'], LIMIT)
         self.assert_status(FAILURE, 'attach', '/dev/ttyXY3SIM0', says='already')
         assert len(self.holders('/dev/ttyXY3SIM0')) == 1
         # when it returns the UART is free, for another program or for modprobe -r
