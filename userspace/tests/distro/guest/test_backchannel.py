@@ -11,7 +11,8 @@ import re
 import subprocess
 
 import pytest
-from harness import BIND_TIME, TRACING, command, module_loaded, read_file, settle, wait_for
+from harness import (BIND_TIME, TRACING, command, module_loaded, read_file, reload_rules, settle,
+                     wait_for)
 from head_rig import error_name, split
 from serial_head import (STICK, UART, Cat, Reader, by_id, heads, module, peer, plug,
                          set_clock, unplug, whole_packets)
@@ -70,7 +71,7 @@ def test_stick_is_attached_by_rule_and_unit():
     rule = '/etc/udev/rules.d/69-test-heads.rules'
     with open(rule, 'w', encoding='ascii') as file:
         file.write('SUBSYSTEM=="tty", ATTRS{idVendor}=="0403", ENV{XY3_BACKCHANNEL}="1"\n')
-    command('udevadm', 'control', '--reload')
+    reload_rules()
     unit = read_file('/usr/lib/systemd/system/xy3-attach@.service')
     start = re.search(r'^ExecStart=(.*)', unit, re.M).group(1)
     rate = re.search(r'^Environment=XY3_RATE=(.*)', unit, re.M).group(1)
@@ -91,7 +92,7 @@ def test_stick_is_attached_by_rule_and_unit():
         wait_for(lambda: not heads(), 'end of the head')
     finally:
         os.unlink(rule)
-        command('udevadm', 'control', '--reload')
+        reload_rules()
         unplug(STICK)
 
 
