@@ -29,8 +29,7 @@ class TestWalk(Case):
         """All of it, with memory."""
         reader = head.open()
         head.send(head_rig.GOOD + wire.vendor('ACME') + wire.temperatures([2500]))
-        assert reader.take(18) == head_rig.GOOD + wire.vendor('ACME') + \
-                         wire.temperatures([2500])
+        assert reader.take(18) == head_rig.GOOD + wire.vendor('ACME') + wire.temperatures([2500])
         assert head.get('vendor') == 'ACME'
         assert wait(lambda: head.hwmon().get('temp1_input') == '25000')
         reader.close()
@@ -78,8 +77,8 @@ class TestWalk(Case):
         def attempt():
             ends[-1][0].uart.cut()
 
-        def come():
-            head = head_rig.Head().attach()
+        def begin():
+            head = self.attach()
             ends.append((head, head.open()))
 
         def after(failure):
@@ -87,13 +86,12 @@ class TestWalk(Case):
             head, reader = ends.pop()
             assert reader.read() == b''
             head.close()
-            come()
+            begin()
 
-        come()
+        begin()
         count, outcomes = walk(attempt, after)
         self.report('hangup', count, outcomes)
         self.works(ends[-1][0])
-        ends[-1][0].close()
 
     def test_open_and_speed(self):
         head = self.synced()

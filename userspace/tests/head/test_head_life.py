@@ -8,15 +8,15 @@ import select
 import signal
 import subprocess
 import termios
-import threading
 import time
 
-from case import row
+import pytest
+
 import head_rig
 import kernel
 from acm_cable import AcmCable
-from head_rig import (CLASS, HEADS_MAX, LDISC, N_TTY, Case, Head, Pty, error_name, get_speed, heads,
-                      polled, set_ldisc, wait)
+from head_rig import (CLASS, HEADS_MAX, LDISC, N_TTY, Background, Case, Head, Pty, error_name,
+                      get_speed, heads, polled, set_ldisc, wait)
 from kernel import read_file, write_file
 from xy3_head_sim import wire
 
@@ -50,6 +50,18 @@ def in_child(call):
     os.close(reader)
     os.waitpid(child, 0)
     return result or None
+
+
+def processes(name):
+    """-> pids of the processes of that name"""
+    found = []
+    for pid in filter(str.isdigit, os.listdir('/proc')):
+        try:
+            if read_file('/proc/%s/comm' % pid) == name + '\n':
+                found.append(int(pid))
+        except (FileNotFoundError, ProcessLookupError):     # it has ended meanwhile
+            pass
+    return found
 
 
 class TestAttach(Case):
@@ -105,7 +117,7 @@ class TestAttach(Case):
         assert heads() == ['xy3-0']
 
     def test_what_came_before(self):
-        """What nobody has read yet is not taken for the head's."""
+        """What has not been read yet is not taken for the head's."""
         uart = self.closing(Pty())
         uart.write(head_rig.GOOD)
         assert polled(uart.slave, select.POLLIN) == select.POLLIN
@@ -121,7 +133,7 @@ class TestAttach(Case):
         two.send(wire.vendor('two'))
         assert [head.get('vendor') for head in (one, two)] == ['one', 'two']
         assert [reader.rest() for reader in readers] == \
-                         [wire.vendor('one'), wire.vendor('two')]
+            [wire.vendor('one'), wire.vendor('two')]
         one.uart.cut()
         assert one.gone()
         two.send(wire.model('still there'))
@@ -144,18 +156,20 @@ class TestAttach(Case):
         subprocess.run(['ldattach', '-s', '115200', '-8', '-n', '-1', str(LDISC), uart.node],
                        check=True, timeout=20)
         assert wait(heads)
-        pids = [int(pid) for pid in filter(str.isdigit, os.listdir('/proc'))
-                if read_file('/proc/%s/comm' % pid) == 'ldattach\n']
-        assert len(pids) == 1
+        pid, = processes('ldattach')
         assert read_file(CLASS + '/xy3-0/rate') == '115200\n'
         uart.write(head_rig.GOOD + wire.vendor('ACME'))
         assert wait(lambda: read_file(CLASS + '/xy3-0/in_sync') == '1\n')
         assert read_file(CLASS + '/xy3-0/vendor') == 'ACME\n'
-        return pids[0]
+        return pid
+
+    def end(self, pid):
+        """Ends an ldattach."""
+        os.kill(pid, signal.SIGTERM)
+        assert wait(lambda: not os.path.exists('/proc/%d' % pid))
 
     def test_ldattach_ends(self):
-        uart = self.closing(AcmCable(9600))
-        os.kill(self.ldattach(uart), signal.SIGTERM)
+        self.end(self.ldattach(self.closing(AcmCable(9600))))
         assert wait(lambda: not heads())
 
     def test_ldattach_and_hangup(self):
@@ -163,7 +177,7 @@ class TestAttach(Case):
         pid = self.ldattach(uart)
         uart.cut()
         assert wait(lambda: not heads())
-        os.kill(pid, signal.SIGTERM)
+        self.end(pid)
 
 
 class TestChoice(Case):
@@ -218,41 +232,30 @@ class TestHangup(Case):
         readers = [head.open(os.O_RDWR), head.open(os.O_RDWR)]
         for reader in readers:
             os.set_blocking(reader.fd, True)
-        got, events = [], []
-        threads = [threading.Thread(target=lambda fd=reader.fd: got.append(os.read(fd, 100)))
-                   for reader in readers]
+        reads = [Background(os.read, reader.fd, 100) for reader in readers]
         poller = head.open(os.O_RDWR)
-        threads.append(threading.Thread(
-            target=lambda: events.append(polled(poller.fd, select.POLLPRI, 30))))
-        for thread in threads:
-            thread.start()
+        poll = Background(polled, poller.fd, select.POLLPRI, 30)
         head.send(wire.debug('cut in the middle')[:9])
         time.sleep(0.1)
-        assert (got, events) == ([], [])
+        assert all(thread.is_alive() for thread in (*reads, poll))
         head.uart.cut()
-        for thread in threads:
-            thread.join(10)
-        assert got == [b'', b'']
-        assert events[0] & select.POLLHUP
+        assert [read.result() for read in reads] == [b'', b'']
+        assert poll.result() & select.POLLHUP
         for reader in (*readers, poller):
             assert os.read(reader.fd, 100) == b''
             assert polled(reader.fd, select.POLLIN) & select.POLLHUP
             assert error_name(os.write, reader.fd, b'\x40\0\0') == 'EIO'
         assert head.gone()
 
-    def test_by_detach_and_by_close(self):
-        for how in ('detach', 'close'):
-            with row(how):
-                head = self.attach(self.closing(AcmCable())).sync()
-                reader = head.open(os.O_RDWR)
-                if how == 'detach':
-                    head.detach()
-                else:
-                    head.uart.close_slave()
-                assert head.gone()
-                assert reader.read() == b''
-                assert error_name(os.write, reader.fd, b'\x40\0\0') == 'EIO'
-                head.uart.close()
+    @pytest.mark.parametrize('way', (Head.detach, lambda head: head.uart.close_slave()),
+                             ids=('detach', 'close'))
+    def test_backchannel_goes(self, way):
+        head = self.attach(self.closing(AcmCable())).sync()
+        reader = head.open(os.O_RDWR)
+        way(head)
+        assert head.gone()
+        assert reader.read() == b''
+        assert error_name(os.write, reader.fd, b'\x40\0\0') == 'EIO'
 
     def test_of_the_tty_alone(self):
         """vhangup(): the head stays, and its tty can be opened again."""
@@ -277,16 +280,13 @@ class TestHangup(Case):
         assert wait(head.hwmon)
         paths = [head.path + '/' + name for name in
                  ('vendor', 'rate', 'stats/rx_bytes', 'errors/head', 'hours/dsp')]
-        fds = [os.open(path, os.O_RDONLY) for path in paths]
-        fds.append(os.open(head.hwmon_path() + '/temp1_input', os.O_RDONLY))
-        command = os.open(head.path + '/calibrate', os.O_WRONLY)
+        fds = [self.opened(path) for path in (*paths, head.hwmon_path() + '/temp1_input')]
+        command = self.opened(head.path + '/calibrate', os.O_WRONLY)
         head.uart.cut()
         assert head.gone()
         for fd in fds:
             assert error_name(os.read, fd, 10) == 'ENODEV'
-            os.close(fd)
         assert error_name(os.write, command, b'x') == 'ENODEV'
-        os.close(command)
 
     def test_the_same_number_again(self):
         """While the hung up file is still open: a new one works, the old one stays dead."""
@@ -309,7 +309,7 @@ class TestHangup(Case):
     def test_same_number_at_once(self):
         """The new head comes while the hangup of the old one's tty is still under way."""
         for _ in range(50):
-            head = Head().attach().sync()
+            head = self.synced()
             reader = head.open()
             head.detach()
             head.attach()
@@ -320,20 +320,19 @@ class TestHangup(Case):
             assert reader.read() == b''
             head.close()
 
-    def test_what_the_last_head_has_left(self):
-        """What nobody read before the hangup is not given to the next head's reader."""
-        for size in (100, 4000, 20000):
-            head = self.synced()
-            reader = head.open()
-            head.send(wire.debug('x' * 97) * (size // 100))
-            head.uart.cut()
-            assert head.gone()
-            head = self.synced()
-            fresh = head.open()
-            head.send(wire.vendor('ACME'))
-            assert fresh.rest() == wire.vendor('ACME'), size
-            assert reader.read() == b''
-            head.close()
+    @pytest.mark.parametrize('size', (100, 4000, 20000))
+    def test_what_the_last_head_has_left(self, size):
+        """What was not read before the hangup is not given to the next head's reader."""
+        head = self.synced()
+        reader = head.open()
+        head.send(wire.debug('x' * 97) * (size // 100))
+        head.uart.cut()
+        assert head.gone()
+        head = self.synced()
+        fresh = head.open()
+        head.send(wire.vendor('ACME'))
+        assert fresh.rest() == wire.vendor('ACME')
+        assert reader.read() == b''
 
     def test_open_that_is_too_late(self):
         head = self.synced()
@@ -359,8 +358,7 @@ class TestUnload(Case):
     def test_refused_while_attached(self):
         head = self.synced()
         assert error_name(kernel.unload_module, 'xy3') == 'EAGAIN'
-        assert subprocess.run(['rmmod', 'xy3'], stderr=subprocess.DEVNULL,
-                                           check=False).returncode != 0
+        assert head_rig.run('rmmod', 'xy3')[0] != 0
         head.send(wire.vendor('ACME'))
         assert head.get('vendor') == 'ACME'
 
@@ -391,19 +389,20 @@ class TestUnload(Case):
     def test_parameters(self):
         head_rig.unload()
         head_rig.load('ldisc=28 autobaud=1')
-        try:
-            uart = self.closing(Pty())
-            # no module has this number; the loader would be asked for one
-            assert error_name(set_ldisc, uart.slave, LDISC) == 'EINVAL'
-            set_ldisc(uart.slave, 28)
-            assert read_file(CLASS + '/xy3-0/autobaud') == '1\n'
-            assert wait(lambda: read_file(CLASS + '/xy3-0/rate') != '115200\n')
-            set_ldisc(uart.slave, N_TTY)
-            assert wait(lambda: not heads())
-        finally:
-            head_rig.unload()
-        for number in ('-1', '31', '1000'):
-            assert error_name(head_rig.load, 'ldisc=' + number) == 'EINVAL', number
-            assert self.traces() == []
+        self.add_cleanup(head_rig.unload)       # or the next test has these parameters
+        uart = self.closing(Pty())
+        # no module has this number; the loader would be asked for one
+        assert error_name(set_ldisc, uart.slave, LDISC) == 'EINVAL'
+        set_ldisc(uart.slave, 28)
+        assert read_file(CLASS + '/xy3-0/autobaud') == '1\n'
+        assert wait(lambda: read_file(CLASS + '/xy3-0/rate') != '115200\n')
+        set_ldisc(uart.slave, N_TTY)
+        assert wait(lambda: not heads())
+
+    @pytest.mark.parametrize('number', (-1, 31, 1000))
+    def test_number_of_no_line_discipline(self, number):
+        head_rig.unload()
+        assert error_name(head_rig.load, 'ldisc=%d' % number) == 'EINVAL'
+        assert self.traces() == []
         head_rig.load()
         assert self.attach().get('autobaud') == '0'

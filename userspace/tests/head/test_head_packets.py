@@ -6,13 +6,14 @@ import random
 import select
 import subprocess
 import termios
-import threading
 import time
 
-from case import row
+import pytest
+
 import head_rig
 from acm_cable import AcmCable
-from head_rig import Case, Head, error_name, get_speed, polled, split, wait
+from case import row
+from head_rig import Background, Case, error_name, get_speed, polled, split, wait
 from xy3_head_sim import wire
 
 P = wire.packet
@@ -28,7 +29,7 @@ def every_type():
 
 
 class TestStream(Case):
-    """What is sent, what a reader gets, and what the statistics say of it."""
+    """What is sent, what a reader gets, and how the statistics count it."""
 
     def check(self, *pieces, head=None):
         """Sends the pieces; the reader and the counts must agree with another decoder."""
@@ -61,31 +62,36 @@ class TestStream(Case):
                   head_rig.GOOD + P(9, bytes(8)))
         for at in range(1, len(stream)):
             with row(at=at):
-                head = Head().attach()
-                try:
-                    self.check(stream[:at], stream[at:], head=head)
-                finally:
-                    head.close()
+                head = self.attach()
+                self.check(stream[:at], stream[at:], head=head)
+                head.close()
 
     def test_nothing_before_the_first_sync(self):
         decoder = self.check(b'HHH\x48\x41\x01' + P(1, b'early') + P(0x41))
         assert (decoder.packets, decoder.kept) == (0, 3)
 
-    def test_resync(self):
-        rows = {
-            'junk': b'junk', 'zero': b'\0', 'head byte': b'H', 'head bytes': b'HHHHHH',
-            'overlap': b'\x48', 'overlap of two': b'\x48\x41',
-            'text too short': P(1, b'ab'), 'text too long': P(1, bytes(201)),
-            'odd temperatures': P(5, bytes(3)), 'no temperatures': P(5),
-            'too many temperatures': P(5, bytes(46)), 'frame errors of four axes': P(6, bytes(16)),
-            'hours cut': P(9, bytes(5)), 'too many errors': P(7, bytes(23)),
-            'sync with payload': P(0x41, b'x'), 'a sync sequence in it': b'\x48\x07' + P(0x41),
-        }
-        for name, damage in rows.items():
-            with row(name):
-                decoder = self.check(head_rig.GOOD + P(3, b'before') + damage + head_rig.GOOD +
-                                     P(3, b'behind'))
-                assert decoder.in_sync
+    @pytest.mark.parametrize('damage', [
+        pytest.param(b'junk', id='junk'),
+        pytest.param(b'\0', id='zero'),
+        pytest.param(b'H', id='head byte'),
+        pytest.param(b'HHHHHH', id='head bytes'),
+        pytest.param(b'\x48', id='overlap'),
+        pytest.param(b'\x48\x41', id='overlap of two'),
+        pytest.param(P(1, b'ab'), id='text too short'),
+        pytest.param(P(1, bytes(201)), id='text too long'),
+        pytest.param(P(5, bytes(3)), id='odd temperatures'),
+        pytest.param(P(5), id='no temperatures'),
+        pytest.param(P(5, bytes(46)), id='too many temperatures'),
+        pytest.param(P(6, bytes(16)), id='frame errors of four axes'),
+        pytest.param(P(9, bytes(5)), id='hours cut'),
+        pytest.param(P(7, bytes(23)), id='too many errors'),
+        pytest.param(P(0x41, b'x'), id='sync with payload'),
+        pytest.param(b'\x48\x07' + P(0x41), id='a sync sequence in it'),
+    ])
+    def test_resync(self, damage):
+        decoder = self.check(head_rig.GOOD + P(3, b'before') + damage + head_rig.GOOD +
+                             P(3, b'behind'))
+        assert decoder.in_sync
 
     def test_false_sync(self):
         """Joining in the middle of a payload that looks like the sync sequence heals."""
@@ -93,37 +99,32 @@ class TestStream(Case):
         decoder = self.check(trap[1:] + head_rig.GOOD + P(1, b'ACME'))
         assert (decoder.bad_lengths, decoder.resyncs) == (1, 1)
 
-    def test_random_streams(self):
+    @pytest.mark.parametrize('size', (1, 7, 300, 4096, 65536))
+    def test_random_streams(self, size):
         """Mutated streams in pieces of any size, 64 KB in one write included."""
-        dice = random.Random(3)
-        for size in (1, 7, 300, 4096, 65536):
-            with row(size=size):
-                data = b''
-                while len(data) < max(1200, min(40 * size, 100000)):
-                    piece = bytearray(dice.choice((wire.sync(), *every_type())))
-                    if dice.random() < 0.1:
-                        piece[dice.randrange(len(piece))] ^= 1 << dice.randrange(8)
-                    if dice.random() < 0.05:
-                        del piece[dice.randrange(len(piece)):]
-                    data += wire.sync() * dice.randrange(3) + piece
-                decoder = self.check(*(data[at:at + size] for at in range(0, len(data), size)))
-                assert decoder.packets > 10
+        dice = random.Random(size)
+        data = b''
+        while len(data) < max(1200, min(40 * size, 100000)):
+            piece = bytearray(dice.choice((wire.sync(), *every_type())))
+            if dice.random() < 0.1:
+                piece[dice.randrange(len(piece))] ^= 1 << dice.randrange(8)
+            if dice.random() < 0.05:
+                del piece[dice.randrange(len(piece)):]
+            data += wire.sync() * dice.randrange(3) + piece
+        decoder = self.check(*(data[at:at + size] for at in range(0, len(data), size)))
+        assert decoder.packets > 10
 
     def test_writer_that_waits_for_room(self):
-        """Who writes more than fits into a pty is woken when there is room."""
+        """A writer of more than fits into a pty is woken when there is room."""
         head = self.attach()
         os.set_blocking(head.uart.master, True)
-        data = memoryview(wire.sync() * 50000)
-        left = [data]
+        data = wire.sync() * 50000
 
-        def write():
-            while left[0]:
-                left[0] = left[0][os.write(head.uart.master, left[0]):]
+        def write(left):
+            while left:
+                left = left[os.write(head.uart.master, left):]
 
-        thread = threading.Thread(target=write, daemon=True)
-        thread.start()
-        thread.join(20)
-        assert not thread.is_alive(), '%d bytes are left' % len(left[0])
+        Background(write, memoryview(data)).result()
         assert wait(lambda: head.stat('rx_bytes') == len(data))
 
     def test_new_uart_new_parser(self):
@@ -137,7 +138,7 @@ class TestStream(Case):
 
 
 class TestReaders(Case):
-    def test_nobody_reads(self):
+    def test_no_reader(self):
         """Nothing is kept for later, and nothing counts as lost."""
         head = self.synced()
         head.send(P(1, b'before'))
@@ -157,7 +158,7 @@ class TestReaders(Case):
         assert reader.rest() == P(8, b'0123456789')
 
     def test_closed_in_the_middle_of_a_packet(self):
-        """Who opens it anew starts at a packet, whatever the last one has left unread."""
+        """The next opener starts at a packet, whatever the last one has left unread."""
         head = self.synced()
         for left in (1, 5, 300, 5000):
             reader = head.open()
@@ -210,14 +211,11 @@ class TestReaders(Case):
         head = self.synced()
         reader = head.open()
         os.set_blocking(reader.fd, True)
-        got = []
-        thread = threading.Thread(target=lambda: got.append(os.read(reader.fd, 100)))
-        thread.start()
+        read = Background(os.read, reader.fd, 100)
         time.sleep(0.1)
-        assert got == []
+        assert read.is_alive()
         head.send(P(8, b'wake up'))
-        thread.join(10)
-        assert got == [P(8, b'wake up')]
+        assert read.result() == P(8, b'wake up')
 
     def test_slow_reader(self):
         """It loses whole packets, and each of them is counted."""
@@ -244,14 +242,11 @@ class TestReaders(Case):
     def test_fast_reader_loses_nothing(self):
         head = self.synced()
         reader = head.open()
-        got = []
-        thread = threading.Thread(target=lambda: got.append(reader.rest(1.0)))
-        thread.start()
+        read = Background(reader.rest, 1.0)
         packets = list(every_type())
         for _ in range(100):
             head.send(b''.join(packets))
-        thread.join(60)
-        assert split(got[0]) == packets * 100
+        assert split(read.result()) == packets * 100
         assert head.stat('lost_packets') == 0
 
 
@@ -266,7 +261,7 @@ class TestSettings(Case):
         head = self.synced()
         reader = head.open(os.O_RDWR)
         assert self.modes(reader.fd) == \
-                         (0, 0, 0, termios.CS8 | termios.CREAD | termios.CLOCAL)
+            (0, 0, 0, termios.CS8 | termios.CREAD | termios.CLOCAL)
         payload = bytes(range(255))
         head.send(P(0x50, payload), P(0x51, b'\xff\r\n\x03\x04\x11\x13\0'))
         assert reader.rest() == P(0x50, payload) + P(0x51, b'\xff\r\n\x03\x04\x11\x13\0')
@@ -298,27 +293,28 @@ class TestSettings(Case):
 
 
 class TestWriting(Case):
-    def test_command_frames(self):
+    COMMAND = wire.command_frame('calibrate', 'xy')
+    WIDE = wire.command_frame('calibrate', 'xy', bits=32)
+
+    @pytest.mark.parametrize('data, error', [
+        pytest.param(COMMAND, 'ENODEV', id='a frame'),
+        pytest.param(WIDE, 'ENODEV', id='a frame of 32 bits'),
+        pytest.param(COMMAND + WIDE + COMMAND, 'ENODEV', id='several frames'),
+        pytest.param(wire.position_frame(5), 'EINVAL', id='a position'),
+        pytest.param(wire.position_frame(5, 24), 'EINVAL', id='a position of 24 bits'),
+        pytest.param(COMMAND[:2] + bytes([COMMAND[2] ^ 1]), 'EINVAL', id='bad parity'),
+        pytest.param(COMMAND[:2], 'EINVAL', id='torn'),
+        pytest.param(WIDE[:3], 'EINVAL', id='torn, 32 bits'),
+        pytest.param(COMMAND + COMMAND[:1], 'EINVAL', id='torn behind a good one'),
+        pytest.param(b'hello\n', 'EINVAL', id='text'),
+        pytest.param(COMMAND * 1000, 'ENODEV', id='many frames'),
+        pytest.param(COMMAND * 1000 + b'\0', 'EINVAL', id='the last of many is bad'),
+    ])
+    def test_command_frames(self, data, error):
         """There is no forward channel; what is no command frame is refused before that."""
         head = self.synced()
         writer = head.open(os.O_RDWR)
-        command = wire.command_frame('calibrate', 'xy')
-        wide = wire.command_frame('calibrate', 'xy', bits=32)
-        rows = {
-            'a frame': (command, 'ENODEV'), 'a frame of 32 bits': (wide, 'ENODEV'),
-            'several frames': (command + wide + command, 'ENODEV'),
-            'a position': (wire.position_frame(5), 'EINVAL'),
-            'a position of 24 bits': (wire.position_frame(5, 24), 'EINVAL'),
-            'bad parity': (command[:2] + bytes([command[2] ^ 1]), 'EINVAL'),
-            'torn': (command[:2], 'EINVAL'), 'torn, 32 bits': (wide[:3], 'EINVAL'),
-            'torn behind a good one': (command + command[:1], 'EINVAL'),
-            'text': (b'hello\n', 'EINVAL'),
-            'many frames': (command * 1000, 'ENODEV'),
-            'the last of many is bad': (command * 1000 + b'\0', 'EINVAL'),
-        }
-        for name, (data, error) in rows.items():
-            with row(name):
-                assert error_name(os.write, writer.fd, data) == error
+        assert error_name(os.write, writer.fd, data) == error
         assert polled(head.uart.master, select.POLLIN, 0.1) == 0
 
     def test_the_uart_itself(self):
@@ -364,10 +360,10 @@ class TestAcm(Case):
                                                     P(8, b'whole again')]
         stats = head.stats()
         assert (stats['rx_bytes'], stats['resyncs'], stats['line_errors']) == \
-                         (head.sent, 1, 1)
+            (head.sent, 1, 1)
 
     def test_uart_that_was_stopped(self):
-        """Somebody had it open before and did not read until it was throttled."""
+        """A program had it open before and did not read until it was throttled."""
         self.head.detach()
         assert self.head.gone()
         # the tty's buffer takes 4095 bytes, and the UART stops a little before that; what it had

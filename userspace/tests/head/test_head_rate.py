@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The rate of the backchannel: who may set it, where it shows, and how it is found."""
+"""The rate of the backchannel: how it is set, where it shows, and how it is found."""
 
 import termios
 import threading
 import time
 
-from case import row
+import pytest
+
 import head_rig
 from acm_cable import AcmCable
-from head_rig import Case, get_speed, set_speed, wait
+from head_rig import Background, Case, get_speed, set_speed, wait
 from xy3_head_sim import wire
 
 
@@ -17,7 +18,7 @@ class TestRates(Case):
         """At all three places."""
         reader = head.open()
         ok = wait(lambda: (head.get('rate'), get_speed(head.uart.slave), get_speed(reader.fd)) ==
-                  (str(rate), rate, rate), 3)
+                  (str(rate), rate, rate))
         reader.close()
         return ok
 
@@ -54,11 +55,9 @@ class TestRates(Case):
             assert self.shown(head, rate), rate
         reader.close()
 
-    def test_attached_at_another_rate(self):
-        for rate in (57600, 921600, 9600):
-            head = self.attach(rate=rate)
-            assert self.shown(head, rate), rate
-            head.close()
+    @pytest.mark.parametrize('rate', (57600, 921600, 9600))
+    def test_attached_at_another_rate(self, rate):
+        assert self.shown(self.attach(rate=rate), rate)
 
     def test_sync_is_lost(self):
         """What comes at another rate is another stream, and what was begun is lost."""
@@ -72,7 +71,7 @@ class TestRates(Case):
         assert head.get('in_sync') == '1'
 
     def test_on_usb(self):
-        """The UART itself is told (CDC SET_LINE_CODING)."""
+        """The rate is set in the UART itself (CDC SET_LINE_CODING)."""
         cable = self.closing(AcmCable())
         head = self.attach(cable)
         for rate in wire.RATES:
@@ -83,7 +82,7 @@ class TestRates(Case):
         assert head.gone()
 
     def test_all_at_once(self):
-        """Three who change it by three ways agree in the end."""
+        """Changed in three ways at the same time, it is the same at all places in the end."""
         head = self.synced()
         reader = head.open()
 
@@ -97,44 +96,39 @@ class TestRates(Case):
         ways = (lambda rate: head.set('rate', str(rate)),
                 lambda rate: set_speed(reader.fd, rate),
                 lambda rate: set_speed(head.uart.slave, rate))
-        threads = [threading.Thread(target=work, args=(way,)) for way in ways]
-        for thread in threads:
-            thread.start()
-        for thread in threads:
-            thread.join(60)
-            assert not thread.is_alive()
+        for thread in [Background(work, way) for way in ways]:
+            thread.result()
         assert self.shown(head, get_speed(head.uart.slave))
         head.set('rate', '460800')
         assert self.shown(head, 460800)
 
 
 class Peer:
-    """A scanhead at one rate: what the host hears at another one is garbage."""
+    """A scanhead at one rate: what the host receives at another one is garbage."""
 
     GARBAGE = bytes(range(0x80, 0xC0))
 
     def __init__(self, uart, rate, pause=0.05):
         self.uart, self.rate, self.pause = uart, rate, pause
-        self.heard = []                 # rates that the host had, in turn
-        self.said = dict.fromkeys(wire.RATES, 0)        # bytes meanwhile
+        self.host_rates = []            # rates that the host had, in turn
+        self.sent = dict.fromkeys(wire.RATES, 0)        # bytes meanwhile
         self.stop = threading.Event()
-        self.thread = threading.Thread(target=self._run)
-        self.thread.start()
+        self.thread = Background(self._run)
 
     def _run(self):
         while not self.stop.is_set():
             rate = get_speed(self.uart.slave)
-            if self.heard[-1:] != [rate]:
-                self.heard.append(rate)
+            if self.host_rates[-1:] != [rate]:
+                self.host_rates.append(rate)
             data = (wire.sync() * 2 + wire.vendor('ACME') if rate == self.rate
                     else self.GARBAGE)
             self.uart.write(data)
-            self.said[rate] += len(data)
+            self.sent[rate] += len(data)
             time.sleep(self.pause)
 
     def close(self):
         self.stop.set()
-        self.thread.join(20)
+        self.thread.result()
 
 
 class TestAutobaud(Case):
@@ -142,19 +136,17 @@ class TestAutobaud(Case):
         return wait(lambda: head.get('in_sync') == '1' and head.get('rate') == str(rate), timeout,
                     0.05)
 
-    def test_every_rate(self):
-        for rate in wire.RATES:
-            with row(rate):
-                head = self.attach()
-                assert head.set('autobaud', '1') is None
-                peer = self.closing(Peer(head.uart, rate))
-                assert self.found(head, rate)
-                peer.close()
-                assert get_speed(head.uart.slave) == rate
-                assert peer.heard[0] == 115200     # the present one has the first turn
-                head.close()
+    @pytest.mark.parametrize('rate', wire.RATES)
+    def test_every_rate(self, rate):
+        head = self.attach()
+        assert head.set('autobaud', '1') is None
+        peer = self.closing(Peer(head.uart, rate))
+        assert self.found(head, rate)
+        peer.close()
+        assert get_speed(head.uart.slave) == rate
+        assert peer.host_rates[0] == 115200     # the present one has the first turn
 
-    def test_a_head_that_speaks_rarely(self):
+    def test_a_head_that_sends_rarely(self):
         """Every two seconds: each round listens longer."""
         head = self.attach()
         head.set('autobaud', '1')
@@ -162,21 +154,21 @@ class TestAutobaud(Case):
         assert self.found(head, 921600, 120)
 
     def test_a_loud_head_is_found_sooner(self):
-        """1 KiB without sync is enough; nobody waits for the half second to be over."""
+        """1 KiB without sync is enough; the half second need not be over."""
         head = self.attach()
         head.set('autobaud', '1')
         peer = self.closing(Peer(head.uart, 57600, 0.001))
         assert self.found(head, 57600)
-        assert len(peer.heard) <= 6
+        assert len(peer.host_rates) <= 6
         for rate in (230400, 460800, 921600):
-            assert peer.said[rate] > 500
-            assert peer.said[rate] < 6000
+            assert peer.sent[rate] > 500
+            assert peer.sent[rate] < 6000
 
     def test_off(self):
         head = self.attach()
         peer = self.closing(Peer(head.uart, 57600))
         time.sleep(10)
-        assert (peer.heard, head.get('rate')) == ([115200], '115200')
+        assert (peer.host_rates, head.get('rate')) == ([115200], '115200')
         head.set('autobaud', '1')
         assert self.found(head, 57600)
         for text, error in (('2', 'EINVAL'), ('maybe', 'EINVAL'), ('\n', 'EINVAL'), ('off', None)):
@@ -194,7 +186,7 @@ class TestAutobaud(Case):
         assert self.found(head, 460800)
 
     def test_silence(self):
-        """Nobody there: it goes on from rate to rate, longer at each from round to round."""
+        """No head: it goes on from rate to rate, longer at each from round to round."""
         head = self.attach()
         head.set('autobaud', '1')
         seen = []

@@ -5,17 +5,21 @@ What is looked for is in the verdict: no report of KASAN, lockdep or any other c
 The tests themselves make sure that things did happen, and that what arrives is counted exactly.
 """
 
+import contextlib
+import errno
+import functools
 import os
 import random
 import select
-import termios
 import threading
 import time
 
 import head_rig
 import kernel
-from head_rig import CLASS, LDISC, N_TTY, Case, Pty, heads, polled, set_ldisc, set_speed, wait
+from head_rig import (CLASS, LDISC, N_TTY, Background, Case, Pty, error_name, heads, polled,
+                      set_ldisc, set_speed, wait)
 from kernel import read_file, write_file
+from stress_users import StressUsers
 from xy3_head_sim import faults, head, line, simulator, wire
 
 READS = ('vendor', 'in_sync', 'rate', 'stats/rx_bytes', 'stats/lost_packets', 'errors/dsp',
@@ -26,102 +30,81 @@ PACKETS = (wire.sync(), wire.sync(), wire.vendor('ACME'), wire.vendor('Other'), 
            wire.temperatures([2500]), wire.temperatures([None, 2600, -2600]),
            wire.errors([0, 1]), wire.errors([1, 0, 200]), wire.frame_errors([1, 2, 3, 4, 5]),
            wire.packet(0x20, b'unknown'), wire.debug('x' * 200), b'junk', b'\x48\x07')
-PAUSE = 0.003               # seconds between two doings of a head
-CROWD_PAUSE = 0.02          # and of a thread of the crowd: there is one processor only
+PAUSE = 0.003               # seconds between two steps in a head's life
+USER_PAUSE = 0.02           # and between two actions of a user: there is one processor only
+# what may happen to a user whose head goes
+TOLERATED = {errno.ENOENT, errno.EIO, errno.ENXIO, errno.EAGAIN, errno.ENODEV, errno.EINVAL,
+             errno.ENODATA}
 
 
-class Crowd:
-    """Threads that use whatever heads there are, from all sides, until told to stop."""
+class HeadUsers(StressUsers):
+    """They use whatever heads there are."""
 
     def __init__(self, seed):
-        self.dice = random.Random(seed)
-        self.stop = threading.Event()
-        self.counts = dict.fromkeys(('reads', 'writes', 'bytes', 'opens', 'rates', 'frames'), 0)
-        self.strange = []           # errors that nobody must see
-        self.threads = [threading.Thread(target=self._run, args=(work,), daemon=True) for work in
-                        (self._read, self._write, self._listen, self._poll, self._rates)]
+        actions = (self.reads, self.writes, self.receives, self.polls, self.rates)
+        super().__init__([self.of_a_head(action) for action in actions], TOLERATED, USER_PAUSE,
+                         seed)
+        self.done.update(opens=0, bytes=0)
 
-    def __enter__(self):
-        for thread in self.threads:
-            thread.start()
-        return self
-
-    def __exit__(self, *_):
-        self.stop.set()
-        for thread in self.threads:
-            thread.join(30)
-            if thread.is_alive():
-                self.strange.append('a thread hangs')
-
-    def _run(self, work):
-        while not self.stop.is_set():
+    @staticmethod
+    def of_a_head(action):
+        """The action with a head that is there; without one it fails as it does when one goes."""
+        @functools.wraps(action)
+        def act(dice):
             found = heads()
-            if found:
-                try:
-                    work(self.dice.choice(found))
-                except (OSError, termios.error) as error:
-                    if not isinstance(error, OSError):
-                        error = OSError(*error.args)
-                    if error.errno not in (2, 5, 6, 11, 19, 22, 61):
-                        self.strange.append('%s: %s' % (work.__name__, error))
-            time.sleep(CROWD_PAUSE)
+            if not found:
+                raise FileNotFoundError(errno.ENOENT, 'no head')
+            action(dice, dice.choice(found))
+        return act
 
-    def _read(self, name):
-        read_file('%s/%s/%s' % (CLASS, name, self.dice.choice(READS)))
-        self.counts['reads'] += 1
+    def reads(self, dice, name):
+        read_file('%s/%s/%s' % (CLASS, name, dice.choice(READS)))
 
-    def _write(self, name):
-        attribute, text = self.dice.choice(WRITES)
+    def writes(self, dice, name):
+        attribute, text = dice.choice(WRITES)
         write_file('%s/%s/%s' % (CLASS, name, attribute), text)
-        self.counts['writes'] += 1
 
-    def _open(self, name):
+    @contextlib.contextmanager
+    def open(self, name):
         fd = os.open('/dev/' + name, os.O_RDWR | os.O_NONBLOCK | os.O_NOCTTY)
-        self.counts['opens'] += 1
-        return fd
-
-    def _listen(self, name):
-        """Only whole packets come, up to a hangup."""
-        fd, data = self._open(name), b''
+        self.done['opens'] += 1
         try:
+            yield fd
+        finally:
+            os.close(fd)
+
+    def receives(self, _dice, name):
+        """What comes first is the beginning of a packet."""
+        data = b''
+        with self.open(name) as fd:
             for _ in range(5):
                 if polled(fd, select.POLLIN, 0.01) & select.POLLIN:
                     more = os.read(fd, 1 << 16)
-                    if not more:
-                        return
                     data += more
-        finally:
-            os.close(fd)
-            self.counts['bytes'] += len(data)
+                    if not more:
+                        break
+        self.done['bytes'] += len(data)
         if data and data[0] != wire.START:
-            self.strange.append('the first byte is %#x' % data[0])
+            self.unexpected.append('the first byte is %#x' % data[0])
 
-    def _poll(self, name):
-        fd = self._open(name)
-        try:
-            self.counts['frames'] += 1
+    def polls(self, _dice, name):
+        with self.open(name) as fd:
             if polled(fd, select.POLLPRI, 0.02) & select.POLLHUP:
                 os.read(fd, 1)
-            os.write(fd, wire.command_frame('reference', 'x'))
-        finally:
-            os.close(fd)
+            frame = wire.command_frame('reference', 'x')
+            # without a forward channel; EIO: the head has gone
+            assert error_name(os.write, fd, frame) in ('ENODEV', 'EIO')
 
-    def _rates(self, name):
-        fd = self._open(name)
-        try:
-            set_speed(fd, self.dice.choice(wire.RATES + (9600,)))
-            self.counts['rates'] += 1
-        finally:
-            os.close(fd)
+    def rates(self, dice, name):
+        with self.open(name) as fd:
+            set_speed(fd, dice.choice(wire.RATES + (9600,)))
 
 
 class TestStorm(Case):
-    def check(self, crowd):
-        print('    %s' % ', '.join('%d %s' % (count, what)
-                                   for what, count in crowd.counts.items()))
-        assert crowd.strange == []
-        for what, count in crowd.counts.items():
-            assert count > 20, what
+    def check(self, users):
+        print('    %s' % users)
+        assert users.unexpected == []
+        assert users.all_done(21), users
 
     def calm(self):
         """Afterwards all is as before: no head is left, and a new one works."""
@@ -161,15 +144,12 @@ class TestStorm(Case):
 
     def test_attach_and_detach(self):
         done = []
-        with Crowd(1) as crowd:
-            workers = [threading.Thread(target=self.cycles, args=(seed, 350, done))
-                       for seed in (10, 20, 30)]
+        with HeadUsers(1) as users:
+            workers = [Background(self.cycles, seed, 350, done) for seed in (10, 20, 30)]
             for worker in workers:
-                worker.start()
-            for worker in workers:
-                worker.join()
+                worker.result(600)
         assert len(done) == 1050
-        self.check(crowd)
+        self.check(users)
         self.calm()
 
     def test_hangup_under_load(self):
@@ -179,43 +159,38 @@ class TestStorm(Case):
             wire.debug(b'%06d' % number + b'.' * dice.randrange(190)) for number in range(600))
         ends = []
         for _ in range(60):
-            head = head_rig.Head().attach()
+            head = self.attach()
             head.uart.write(wire.sync())
-            fd = os.open(head.node, os.O_RDONLY | os.O_NOCTTY)
-            got = []
-
-            def listen(fd=fd, got=got):
-                while True:
-                    data = os.read(fd, 4096)
-                    got.append(data)
-                    if not data:
-                        return
-
-            thread = threading.Thread(target=listen)
-            thread.start()
+            reader = head.open()
+            os.set_blocking(reader.fd, True)
+            received = Background(self.until_the_end, reader.fd)
             size = dice.randrange(len(stream))
             head.uart.write(stream[:size])
             if dice.random() < 0.5:
                 time.sleep(dice.random() * 0.002)
             head.uart.cut()
-            thread.join(20)
-            assert not thread.is_alive()
-            data = b''.join(got)
+            data = received.result()
             start = 3 if data.startswith(wire.sync() * 2) else 0
-            assert (wire.sync() + stream).startswith(data) or \
-                            stream.startswith(data[start:])
+            assert (wire.sync() + stream).startswith(data) or stream.startswith(data[start:])
             ends.append(len(data))
-            os.close(fd)
             head.close()
         assert len(set(ends)) > 20
         self.calm()
+
+    @staticmethod
+    def until_the_end(fd):
+        """-> all that can be read up to a hangup"""
+        data = b''
+        while more := os.read(fd, 4096):
+            data += more
+        return data
 
     @staticmethod
     def unloads():
         return head_rig.error_name(kernel.unload_module, head_rig.MODULE) is None
 
     def test_module_comes_and_goes(self):
-        """insmod and rmmod against those who attach at the same time."""
+        """insmod and rmmod while UARTs are attached at the same time."""
         dice, stop, attached = random.Random(3), threading.Event(), []
 
         def attach():
@@ -231,21 +206,19 @@ class TestStorm(Case):
                 uart.close()
                 time.sleep(PAUSE)
 
-        threads = [threading.Thread(target=attach) for _ in range(2)]
-        for thread in threads:
-            thread.start()
+        threads = [Background(attach) for _ in range(2)]
         try:
             for number in range(400):
                 if number >= 40 and len(attached) > 20:
                     break
-                assert wait(self.unloads, 30, 0.0005)
+                assert wait(self.unloads, step=0.0005)
                 assert not kernel.is_loaded(head_rig.MODULE)
                 head_rig.load()
                 time.sleep(dice.random() * 0.01)
         finally:
             stop.set()
-            for thread in threads:
-                thread.join(20)
+        for thread in threads:
+            thread.result()
         assert len(attached) > 20
         self.calm()
 
@@ -255,38 +228,29 @@ class TestStreams(Case):
 
     def start(self, seed, **how):
         """A simulated head, the UART attached, and a reader. -> them, not yet running"""
-        talker = head.Head(interval=0, sync_interval=0, seed=seed)
+        sim_head = head.Head(interval=0, sync_interval=0, seed=seed)
         uart = self.closing(line.Pty())
-        sim = simulator.Simulator(talker, uart)
-        slave = os.open(uart.name, os.O_RDWR | os.O_NOCTTY)
+        sim = simulator.Simulator(sim_head, uart)
+        slave = self.opened(uart.name, os.O_RDWR | os.O_NOCTTY)
         before = heads()
         set_ldisc(slave, LDISC)
         name = next(name for name in heads() if name not in before)
-        reader = head_rig.Reader('/dev/' + name)
-        got = []
-        listener = threading.Thread(target=lambda: got.append(reader.rest(2.0)))
-        listener.start()
+        reader = self.closing(head_rig.Reader('/dev/' + name))
 
         def run():
             sim.wait_open(10)
             sim.stream(timeout=300, **how)
 
-        def end():
-            os.close(slave)
-            reader.close()
+        return sim_head, name, Background(reader.rest, 2.0), run
 
-        self.add_cleanup(end)
-        return talker, name, got, listener, threading.Thread(target=run)
-
-    def finish(self, talker, name, got, listener, thread):
-        thread.join(400)
-        assert not thread.is_alive()
-        receiver = talker.counts()['receiver']
+    def finish(self, sim_head, name, received, streamed):
+        streamed.result(400)
+        receiver = sim_head.counts()['receiver']
         stats = {stat: int(read_file('%s/%s/stats/%s' % (CLASS, name, stat)))
                  for stat in head_rig.STATS}
         assert wait(lambda: int(read_file('%s/%s/stats/rx_bytes' % (CLASS, name))) ==
-                             talker.counts()['bytes']), stats
-        listener.join(60)
+                             sim_head.counts()['bytes']), stats
+        data = received.result()
         stats = {stat: int(read_file('%s/%s/stats/%s' % (CLASS, name, stat)))
                  for stat in head_rig.STATS}
         assert stats == {
@@ -295,29 +259,27 @@ class TestStreams(Case):
             'resyncs': receiver['resyncs'], 'dropped_bytes': receiver['dropped'],
             'bad_lengths': receiver['bad_lengths'], 'unknown_packets': receiver['unknown'],
             'line_errors': 0, 'lost_packets': 0}
-        packets = head_rig.split(got[0])
+        packets = head_rig.split(data)
         assert len(packets) == receiver['packets']
-        assert len(got[0]) == receiver['packet_bytes']
+        assert len(data) == receiver['packet_bytes']
         return receiver
 
     def test_two_at_once(self):
         """Exact counts, and every packet has come to its own reader."""
         both = [self.start(seed, packets=4000) for seed in (1, 2)]
-        for one in both:
-            one[-1].start()
-        for one in both:
-            receiver = self.finish(*one)
+        streamed = [Background(run) for *_, run in both]
+        for (*one, _), thread in zip(both, streamed):
+            receiver = self.finish(*one, thread)
             assert receiver['packets'] >= 4000
             assert receiver['resyncs'] == 0
 
     def test_faults_at_full_speed(self):
         """Every kind of damage that the simulator knows, at random."""
-        one = self.start(3, packets=6000)
+        *one, run = self.start(3, packets=6000)
         for kind in faults.KINDS:
             if kind != 'wrong-rate':
                 one[0].faults.set(kind, '1/60')
-        one[-1].start()
-        receiver = self.finish(*one)
+        receiver = self.finish(*one, Background(run))
         assert receiver['resyncs'] > 100
         assert receiver['bad_lengths'] > 50
         assert receiver['unknown'] > 50

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""What a head says of itself: sysfs, hwmon, pollers, uevents, tracepoints."""
+"""What a head reports: sysfs, hwmon, poll(), uevents, tracepoints."""
 
 import os
 import random
 import time
+
+import pytest
 
 import head_rig
 from head_rig import Case, wait
@@ -32,20 +34,20 @@ class TestAttributes(Case):
                            ('byte_order', 'little')):
             assert head.get(name) == text
 
-    def test_texts(self):
+    @pytest.mark.parametrize('name', TEXTS)
+    def test_texts(self, name):
         head = self.synced()
-        for name, kind in TEXTS.items():
-            for text in (b'ACME', b'abc', b'x' * 200, b'Galvo 3/20 (rev. "B")'):
-                head.send(wire.packet(kind, text))
-                assert head.get(name) == text.decode()
+        for text in (b'ACME', b'abc', b'x' * 200, b'Galvo 3/20 (rev. "B")'):
+            head.send(wire.packet(TEXTS[name], text))
+            assert head.get(name) == text.decode()
 
-    def test_texts_that_are_not_printable(self):
+    @pytest.mark.parametrize('text, shown', (
+        (b'a\nb', 'a?b'), (b'\x1b[2J!', '?[2J!'), (b'\x7f~ \x1f', '?~ ?'), (bytes(3), '???'),
+        ('Gerät'.encode(), 'Ger??t'), (b'ab\0cd', 'ab?cd'), (b'\xff\xfe\x80', '???')))
+    def test_texts_that_are_not_printable(self, text, shown):
         head = self.synced()
-        for text, shown in ((b'a\nb', 'a?b'), (b'\x1b[2J!', '?[2J!'), (b'\x7f~ \x1f', '?~ ?'),
-                            (bytes(3), '???'), ('Gerät'.encode(), 'Ger??t'),
-                            (b'ab\0cd', 'ab?cd'), (b'\xff\xfe\x80', '???')):
-            head.send(wire.vendor(text))
-            assert head.get('vendor') == shown
+        head.send(wire.vendor(text))
+        assert head.get('vendor') == shown
 
     def test_a_text_with_a_bad_length_changes_nothing(self):
         head = self.synced()
@@ -105,18 +107,18 @@ class TestAttributes(Case):
             assert head.set('byte_order', text) == 'EINVAL'
         assert head.get('byte_order') == 'big'
 
-    def test_commands(self):
-        """Bad text is told from a channel that is not there."""
+    @pytest.mark.parametrize('names, good, bad', (
+        (('autocalib', 'temp_comp'), ('on', 'off', 'on x', 'off zw\n', 'on all'),
+         ('\n', 'x', 'yes', 'on q', 'onx', 'off x y')),
+        (('calibrate', 'reference'), ('x', 'xyzuw\n', 'all', '\n', 'XY'),
+         ('q', 'x y', 'on', 'allx', '1'))), ids=('with on and off', 'with axes alone'))
+    def test_commands(self, names, good, bad):
+        """Bad text has another error than a missing forward channel."""
         head = self.synced()
-        for name in ('autocalib', 'temp_comp'):
-            for text in ('on', 'off', 'on x', 'off zw\n', 'on all'):
+        for name in names:
+            for text in good:
                 assert head.set(name, text) == 'ENODEV', (name, text)
-            for text in ('\n', 'x', 'yes', 'on q', 'onx', 'off x y'):
-                assert head.set(name, text) == 'EINVAL', (name, text)
-        for name in ('calibrate', 'reference'):
-            for text in ('x', 'xyzuw\n', 'all', '\n', 'XY'):
-                assert head.set(name, text) == 'ENODEV', (name, text)
-            for text in ('q', 'x y', 'on', 'allx', '1'):
+            for text in bad:
                 assert head.set(name, text) == 'EINVAL', (name, text)
 
     def test_modes(self):
@@ -174,12 +176,12 @@ class TestHwmon(Case):
         assert self.grown(head, 3)
         shown = head.hwmon()
         assert [shown['temp%d_input' % number] for number in (1, 2, 3)] == \
-                         [NODATA, '21000', '22000']
+            [NODATA, '21000', '22000']
         head.send(wire.temperatures([2300]))
         time.sleep(0.3)
         shown = head.hwmon()
         assert [shown['temp%d_input' % number] for number in (1, 2, 3)] == \
-                         ['23000', NODATA, NODATA]
+            ['23000', NODATA, NODATA]
 
     def test_nothing_but_absent_thermometers(self):
         head = self.synced()
@@ -196,11 +198,11 @@ class TestHwmon(Case):
         assert self.grown(head, 3)
         shown = head.hwmon()
         assert [shown['temp%d_fault' % number] for number in (1, 2, 3)] == \
-                         ['0', '1', '0']
+            ['0', '1', '0']
         head.send(wire.errors(['temperature']))
         shown = head.hwmon()
         assert [shown['temp%d_fault' % number] for number in (1, 2, 3)] == \
-                         ['1', '0', '0']
+            ['1', '0', '0']
 
     def test_parent_and_end(self):
         """It is a child of its own head's, one for each, and goes with it."""
@@ -210,7 +212,7 @@ class TestHwmon(Case):
             assert self.grown(head, 1)
         assert len(os.listdir('/sys/class/hwmon')) == 2
         assert os.path.realpath(one.hwmon_path() + '/device') == \
-                         os.path.realpath(one.path)
+            os.path.realpath(one.path)
         one.uart.cut()
         assert one.gone()
         assert len(os.listdir('/sys/class/hwmon')) == 1
@@ -221,8 +223,7 @@ class TestHwmon(Case):
         head = self.synced()
         head.send(wire.temperatures([2500]))
         assert self.grown(head, 1)
-        fd = os.open(head.hwmon_path() + '/temp1_input', os.O_RDONLY)
-        self.add_cleanup(os.close, fd)
+        fd = self.opened(head.hwmon_path() + '/temp1_input')
         assert os.pread(fd, 99, 0) == b'25000\n'
         head.send(wire.temperatures([2500, 2500]))
         assert self.grown(head, 2)
@@ -232,37 +233,37 @@ class TestHwmon(Case):
 class TestPollers(Case):
     def test_in_sync(self):
         head = self.attach()
-        waker = self.waker(head, 'in_sync')
-        assert not waker.woken(0.3)
+        poller = self.poller(head, 'in_sync')
+        assert not poller.changed(0.3)
         head.sync()
-        assert waker.woken()
+        assert poller.changed()
         head.send(wire.vendor('ACME'), wire.temperatures([2500]))
-        assert not waker.woken(0.5)
+        assert not poller.changed(0.5)
         head.send(b'junk')
-        assert waker.woken()
-        assert waker.look() == '0\n'
+        assert poller.changed()
+        assert poller.read() == '0\n'
 
     def test_errors(self):
         head = self.synced()
-        dsp, other = self.waker(head, 'errors/dsp'), self.waker(head, 'errors/head')
+        dsp, other = self.poller(head, 'errors/dsp'), self.poller(head, 'errors/head')
         head.send(wire.errors([0, 1]))
-        assert dsp.woken()
-        assert dsp.look() == 'temperature\n'
-        assert not other.woken(0.3)
+        assert dsp.changed()
+        assert dsp.read() == 'temperature\n'
+        assert not other.changed(0.3)
         head.send(wire.errors([0, 1]))
-        assert not dsp.woken(0.5)            # no change
+        assert not dsp.changed(0.5)            # no change
         head.send(wire.errors([3]))
-        assert dsp.woken()
-        assert other.woken()
-        assert (other.look(), dsp.look()) == ('range\n', NODATA)
+        assert dsp.changed()
+        assert other.changed()
+        assert (other.read(), dsp.read()) == ('range\n', NODATA)
 
     def test_the_head_goes(self):
         head = self.synced()
-        waker = self.waker(head, 'in_sync')
+        poller = self.poller(head, 'in_sync')
         head.uart.cut()
         assert head.gone()
-        assert waker.woken()
-        assert waker.look() == 'ENODEV'
+        assert poller.changed()
+        assert poller.read() == 'ENODEV'
 
 
 class TestEvents(Case):
@@ -271,43 +272,43 @@ class TestEvents(Case):
         head = self.attach()
         assert [(event['ACTION'], event['SUBSYSTEM'], event.get('DEVNAME'))
                           for event in events.take()] == \
-                         [('add', 'xy3', None), ('add', 'tty', 'xy3-0')]
+            [('add', 'xy3', None), ('add', 'tty', 'xy3-0')]
         head.uart.cut()
         assert head.gone()
         assert [(event['ACTION'], event['SUBSYSTEM'], event.get('DEVNAME'))
                           for event in events.take()] == \
-                         [('remove', 'tty', 'xy3-0'), ('remove', 'xy3', None)]
+            [('remove', 'tty', 'xy3-0'), ('remove', 'xy3', None)]
 
     def test_sync(self):
         head = self.attach()
         events = self.uevents()
         head.sync()
-        assert events.told() == [{'EVENT': 'sync', 'IN_SYNC': '1'}]
+        assert events.properties() == [{'EVENT': 'sync', 'IN_SYNC': '1'}]
         head.send(b'junk')
-        assert events.told() == [{'EVENT': 'sync', 'IN_SYNC': '0'}]
+        assert events.properties() == [{'EVENT': 'sync', 'IN_SYNC': '0'}]
         head.send(b'more junk')
-        assert events.told() == []
+        assert events.properties() == []
 
     def test_sync_for_a_moment(self):
-        """Lost and found in one piece of data: told as found."""
+        """Lost and found in one piece of data: reported as found."""
         head = self.synced()
         events = self.uevents()
         head.send(b'junk' + head_rig.GOOD)
-        assert events.told() == [{'EVENT': 'sync', 'IN_SYNC': '1'}]
+        assert events.properties() == [{'EVENT': 'sync', 'IN_SYNC': '1'}]
 
     def test_errors(self):
         head = self.synced()
         events = self.uevents()
         head.send(wire.errors([0, 0, 0]))
-        assert events.told() == []         # all is well, as was supposed
+        assert events.properties() == []         # no error, as was assumed
         head.send(wire.errors([0, 1, 100]))
-        assert events.told() == [
+        assert events.properties() == [
             {'EVENT': 'error', 'COMPONENT': 'dsp', 'ERROR': 'temperature', 'ERROR_CODE': '1'},
             {'EVENT': 'error', 'COMPONENT': 'dac_x', 'ERROR': '100', 'ERROR_CODE': '100'}]
         head.send(wire.errors([0, 1, 100]), wire.errors([0, 1, 100]))
-        assert events.told() == []
+        assert events.properties() == []
         head.send(wire.errors([0]))
-        assert events.told() == [
+        assert events.properties() == [
             {'EVENT': 'error', 'COMPONENT': 'dsp', 'ERROR': 'none', 'ERROR_CODE': '0'},
             {'EVENT': 'error', 'COMPONENT': 'dac_x', 'ERROR': 'none', 'ERROR_CODE': '0'}]
 
@@ -316,18 +317,18 @@ class TestEvents(Case):
         events = self.uevents('xy3', 'tty')
         for name, kind in TEXTS.items():
             head.send(wire.packet(kind, b'first'))
-            told = events.take()
+            found = events.take()
             assert [(event['ACTION'], event['SUBSYSTEM'], event.get('XY3_EVENT'))
-                              for event in told] == \
-                             [('change', 'xy3', 'identity'), ('change', 'tty', None)], name
-            assert told[1]['DEVNAME'] == head.name
+                              for event in found] == \
+                [('change', 'xy3', 'identity'), ('change', 'tty', None)], name
+            assert found[1]['DEVNAME'] == head.name
             head.send(wire.packet(kind, b'first'))
             assert events.take() == [], name
         head.send(wire.debug('no identity'), wire.hours([5]), wire.temperatures([99]))
-        assert events.told() == []
+        assert events.properties() == []
 
     def test_flapping(self):
-        """However often it changes: one round in 100 ms, and the last one tells how it ended."""
+        """However often it changes: one round in 100 ms, and the last one has the last state."""
         head = self.synced()
         dice = random.Random(7)
         for changes, pause, least in ((300, 0, 2), (150, 0.01, 10)):
@@ -338,13 +339,13 @@ class TestEvents(Case):
                           wire.errors([0, 255 - number % 2]))
                 time.sleep(pause)
             head.send(wire.errors([3, 4]))
-            told = events.told()
+            found = events.properties()
             rounds = (time.monotonic() - began) / 0.1 + 2
-            of_dsp = [event for event in told if event['COMPONENT'] == 'dsp']
+            of_dsp = [event for event in found if event['COMPONENT'] == 'dsp']
             assert len(of_dsp) <= rounds
-            assert len(told) <= 2 * rounds
+            assert len(found) <= 2 * rounds
             assert len(of_dsp) >= least
-            last = {event['COMPONENT']: event['ERROR'] for event in told}
+            last = {event['COMPONENT']: event['ERROR'] for event in found}
             assert last == {'head': 'range', 'dsp': 'power'}
 
     def test_flapping_sync(self):
@@ -354,19 +355,19 @@ class TestEvents(Case):
         for _ in range(300):
             head.send(b'junk', head_rig.GOOD)
             time.sleep(0.005)
-        told = events.told()
-        assert len(told) <= (time.monotonic() - began) / 0.1 + 2
-        assert len(told) > 5
-        assert told[-1]['IN_SYNC'] == '1'
+        found = events.properties()
+        assert len(found) <= (time.monotonic() - began) / 0.1 + 2
+        assert len(found) > 5
+        assert found[-1]['IN_SYNC'] == '1'
 
     def test_udev_replays_it(self):
         """udevadm trigger: the uevent file works, and adds nothing of ours."""
         head = self.synced()
         events = self.uevents()
         write_file(head.path + '/uevent', 'change')
-        told = events.take()
-        assert [(event['ACTION'], event.get('XY3_EVENT')) for event in told] == \
-                         [('change', None)]
+        found = events.take()
+        assert [(event['ACTION'], event.get('XY3_EVENT')) for event in found] == \
+            [('change', None)]
 
 
 class TestTrace(Case):

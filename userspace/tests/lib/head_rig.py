@@ -3,7 +3,8 @@
 the test's hands, and access to all that the head shows.
 
 The tests run as root of the test kernel (uml/run-uml), never on the machine itself; XY3_MODULE
-is the path of xy3.ko.
+is the path of xy3.ko. They run in time-travel: while anything can run, no time passes, and so a
+pause in which nothing comes means that nothing is under way, however busy the host is.
 """
 
 import errno
@@ -17,6 +18,7 @@ import struct
 import subprocess
 import sys
 import termios
+import threading
 import tty
 import case
 
@@ -86,6 +88,32 @@ def polled(fd, events, timeout=2.0):
     return dict(poll.poll(timeout * 1000)).get(fd, 0)
 
 
+class Background(threading.Thread):
+    """A call that may block, in a thread of its own."""
+
+    def __init__(self, call, *arguments):
+        super().__init__(daemon=True)
+        self.call = call
+        self.arguments = arguments
+        self.returned = self.raised = None
+        self.start()
+
+    def run(self):
+        try:
+            self.returned = self.call(*self.arguments)
+        except Exception as error:
+            self.raised = error
+
+    def result(self, timeout=60):
+        """-> what the call returns, which it must do in time"""
+        self.join(timeout)
+        if self.is_alive():
+            raise AssertionError('%s does not return' % self.call)
+        if self.raised:
+            raise self.raised
+        return self.returned
+
+
 def split(data):
     """Packets in what was read; anything but whole packets is an error."""
     found = []
@@ -100,7 +128,7 @@ def split(data):
 
 
 class Pty:
-    """A UART: what is written at the master is what the head says, and the slave is the tty."""
+    """A UART: what is written at the master is what the head sends, the slave is the tty."""
 
     def __init__(self, rate=wire.DEFAULT_RATE):
         self.master, self.slave = os.openpty()
@@ -136,7 +164,7 @@ class Pty:
 
 
 class Reader:
-    """Somebody who has /dev/xy3-<n> open."""
+    """/dev/xy3-<n>, open."""
 
     def __init__(self, node, flags=os.O_RDONLY):
         self.fd = os.open(node, flags | os.O_NOCTTY | os.O_NONBLOCK | os.O_CLOEXEC)
@@ -291,34 +319,34 @@ class Uevents:
                 found.append(event)
         return found
 
-    def told(self, quiet=0.4):
+    def properties(self, quiet=0.4):
         """-> the XY3_ properties of each event that has any, without the prefix"""
         found = [{name[4:]: text for name, text in event.items() if name.startswith('XY3_')}
                  for event in self.take(quiet)]
         return [event for event in found if event]
 
 
-class Waker:
-    """Somebody who polls an attribute for changes."""
+class AttributePoller:
+    """Polls an attribute for changes."""
 
     def __init__(self, path):
         self.fd = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
-        self.look()
+        self.read()
 
     def close(self):
         os.close(self.fd)
 
-    def look(self):
-        """-> its text; one that cannot be read may still be polled"""
+    def read(self):
+        """-> its text, or the error's name: what cannot be read may still be polled"""
         try:
             return os.pread(self.fd, 4096, 0).decode()
         except OSError as error:
             return errno.errorcode[error.errno]
 
-    def woken(self, timeout=1.0):
-        """Whether it has changed since the last look; looks at it."""
+    def changed(self, timeout=1.0):
+        """Whether it has changed since it was read last; reads it."""
         events = polled(self.fd, select.POLLPRI, timeout)
-        self.look()
+        self.read()
         return bool(events & select.POLLPRI)
 
 
@@ -347,8 +375,14 @@ class Case(case.Case):
         listener.take(0.2)
         return listener
 
-    def waker(self, head, name):
-        return self.closing(Waker('%s/%s' % (head.path, name)))
+    def poller(self, head, name):
+        return self.closing(AttributePoller('%s/%s' % (head.path, name)))
+
+    def opened(self, path, flags=os.O_RDONLY):
+        """-> fd, which is closed behind the test"""
+        fd = os.open(path, flags)
+        self.add_cleanup(os.close, fd)
+        return fd
 
     def assert_counts(self, head, decoder, lost=0):
         """The driver has counted what an independent decoder has."""
@@ -365,4 +399,3 @@ def run(*words, timeout=20):
     done = subprocess.run(words, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                           stderr=subprocess.STDOUT, text=True, timeout=timeout, check=False)
     return done.returncode, done.stdout
-
