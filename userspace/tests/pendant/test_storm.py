@@ -9,6 +9,7 @@ Debian's kernels it is for a guest with two processors.
 import glob
 import os
 import random
+import subprocess
 import threading
 import time
 
@@ -96,7 +97,10 @@ class StressUsers:
                     opened.append(os.open(node, os.O_RDONLY | os.O_NONBLOCK))
                     self.counts['nodes'] += 1
             for _ in range(10):
-                self.counts['events'] += len(os.read(opened[0], 24 * 64)) // 24
+                try:
+                    self.counts['events'] += len(os.read(opened[0], 24 * 64)) // 24
+                except BlockingIOError:
+                    pass                # none has come yet
                 time.sleep(PAUSE)
         except IndexError:
             pass
@@ -122,6 +126,7 @@ LIFE = 5 if rig.IN_DISTRO else 1        # seconds until a pendant has shown a fr
 FAULTS = ('none', 'none', 'none', 'stall', 'timeout', 'slow:5', 'unplug')
 
 
+@pytest.mark.timeout(600)
 class TestStorm(Case):
     def cycles(self, make, users, seed, number, longest):
         """Plugs make() in and out, at least `number` times; -> frames that came"""
@@ -205,6 +210,7 @@ class TestStorm(Case):
         self.calm()
 
 
+@pytest.mark.timeout(600)
 class TestDriver(Case):
     """The driver comes and goes, the pendant stays."""
 
@@ -242,16 +248,19 @@ class TestDriver(Case):
 
     @pytest.mark.distro
     def test_loaded_and_unloaded(self):
-        self.around(lambda _: self.unload(), lambda _: rig.load(), ROUNDS['module'],
-                    600)
+        self.around(lambda _: self.unload(), lambda _: rig.load(), ROUNDS['module'], 600)
 
     @staticmethod
     def unload():
-        """Readers may hold the module for a moment."""
+        """Readers may hold the module for a moment. udevd is behind: it is not waited for."""
         def once():
             try:
                 rig.unload()
                 return True
             except OSError:
                 return False
-        assert rig.wait(once), 'the module does not unload'
+
+        if rig.IN_DISTRO:
+            subprocess.run(['modprobe', '-r', rig.MODULE], check=True)
+        else:
+            assert rig.wait(once), 'the module does not unload'
