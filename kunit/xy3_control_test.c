@@ -35,26 +35,26 @@ KUNIT_ARRAY_PARAM(rate, rate_rows, rate_row_name);
 static void rate_test(struct kunit *test)
 {
 	const struct rate_row *row = test->param_value;
-	const struct entry there[] = { { FRAME, row->frame }, { UART, row->rate } };
+	const struct call there[] = { { FRAME, row->frame }, { UART, row->rate } };
 	struct uart *uart = uart_come(test, NULL);
 	struct xy3_head *head = uart_head(uart);
-	struct talker *talker = talker_start(test, uart_say, uart, row->rate);
+	struct sync_source *source = sync_source_start(test, uart_send_syncs, uart, row->rate);
 	char text[16];
 
 	forward_come(test);
 	snprintf(text, sizeof(text), "%u\n", row->rate);
 	KUNIT_EXPECT_EQ(test, store(head, "rate", text), 0);
-	expect_journal(test, there, ARRAY_SIZE(there));
+	expect_calls(test, there, ARRAY_SIZE(there));
 	KUNIT_EXPECT_GT(test, show(head, "rate"), 0);
 	KUNIT_EXPECT_STREQ(test, rig_page, text);
 
 	/* nothing to do */
 	KUNIT_EXPECT_EQ(test, store(head, "rate", text), 0);
-	expect_no_entry(test);
+	expect_no_call(test);
 
-	WRITE_ONCE(talker->rate, 115200);
+	WRITE_ONCE(source->rate, 115200);
 	KUNIT_EXPECT_EQ(test, store(head, "rate", "115200"), 0);
-	EXPECT_JOURNAL(test, { FRAME, 0x380003 }, { UART, 115200 });
+	EXPECT_CALLS(test, { FRAME, 0x380003 }, { UART, 115200 });
 	EXPECT_SHOWS(test, head, "in_sync", "1");
 }
 
@@ -66,14 +66,14 @@ static void rate_deaf_head_test(struct kunit *test)
 	ktime_t start = ktime_get();
 	s64 ms;
 
-	talker_start(test, uart_say, uart, 115200);
+	sync_source_start(test, uart_send_syncs, uart, 115200);
 	forward_come(test);
 	KUNIT_EXPECT_EQ(test, store(head, "rate", "230400"), -ETIMEDOUT);
 	ms = ktime_ms_delta(ktime_get(), start);
 	KUNIT_EXPECT_GE(test, ms, 3000);
 	KUNIT_EXPECT_LT(test, ms, 3500);
-	EXPECT_JOURNAL(test, { FRAME, 0x040001 }, { UART, 230400 }, { FRAME, 0x380003 },
-		       { UART, 115200 });
+	EXPECT_CALLS(test, { FRAME, 0x040001 }, { UART, 230400 }, { FRAME, 0x380003 },
+		     { UART, 115200 });
 	EXPECT_SHOWS(test, head, "rate", "115200");
 	msleep(300);
 	EXPECT_SHOWS(test, head, "in_sync", "1");
@@ -98,13 +98,13 @@ static void rate_again_test(struct kunit *test)
 	struct xy3_head *head = uart_head(uart);
 
 	forward_come(test);
-	talker_start(test, uart_say, uart, 115200);
+	sync_source_start(test, uart_send_syncs, uart, 115200);
 	EXPECT_SHOWS(test, head, "in_sync", "0");
 	KUNIT_EXPECT_EQ(test, store(head, "rate", "115200"), 0);
-	EXPECT_JOURNAL(test, { FRAME, 0x380003 }, { UART, 115200 });
+	EXPECT_CALLS(test, { FRAME, 0x380003 }, { UART, 115200 });
 	EXPECT_SHOWS(test, head, "in_sync", "1");
 	KUNIT_EXPECT_EQ(test, store(head, "rate", "115200"), 0);
-	expect_no_entry(test);
+	expect_no_call(test);
 }
 
 struct parting {
@@ -135,8 +135,8 @@ static void expect_parting(struct kunit *test, struct xy3_head *head, void (*lea
 	KUNIT_EXPECT_EQ(test, store(head, "rate", "57600"), -ENODEV);
 	flush_delayed_work(&parting->work);
 	KUNIT_EXPECT_LT(test, ktime_ms_delta(ktime_get(), start), 1000);
-	EXPECT_JOURNAL(test, { FRAME, 0x280002 }, { UART, 57600 }, { FRAME, 0x380003 },
-		       { UART, 115200 });
+	EXPECT_CALLS(test, { FRAME, 0x280002 }, { UART, 57600 }, { FRAME, 0x380003 },
+		     { UART, 115200 });
 }
 
 static void rate_uart_leaves_test(struct kunit *test)
@@ -185,7 +185,7 @@ static void rate_no_forward_test(struct kunit *test)
 	struct xy3_head *head = uart_head(uart);
 
 	KUNIT_EXPECT_EQ(test, store(head, "rate", "460800"), 0);
-	EXPECT_JOURNAL(test, { UART, 460800 });
+	EXPECT_CALLS(test, { UART, 460800 });
 	EXPECT_SHOWS(test, head, "rate", "460800");
 }
 
@@ -196,7 +196,7 @@ static void rate_no_back_test(struct kunit *test)
 	EXPECT_SHOWS_ERROR(test, head, "rate", -ENODEV);
 	KUNIT_EXPECT_EQ(test, store(head, "rate", "460800"), -ENODEV);
 	KUNIT_EXPECT_EQ(test, store(head, "rate", "9600"), -EINVAL);
-	expect_no_entry(test);
+	expect_no_call(test);
 }
 
 static bool can_up_to_460800(unsigned int rate)
@@ -214,15 +214,15 @@ static void rate_uart_refuses_test(struct kunit *test)
 	SEND(test, uart, SYNC, SYNC);
 	uart->can = can_up_to_460800;
 	KUNIT_EXPECT_EQ(test, store(head, "rate", "921600"), -EINVAL);
-	EXPECT_JOURNAL(test, { FRAME, 0x340003 }, { NO_UART, 921600 }, { UART, 115200 },
-		       { FRAME, 0x380003 });
+	EXPECT_CALLS(test, { FRAME, 0x340003 }, { NO_UART, 921600 }, { UART, 115200 },
+		     { FRAME, 0x380003 });
 	EXPECT_SHOWS(test, head, "rate", "115200");
 	KUNIT_EXPECT_EQ(test, uart->rate, 115200);
 	EXPECT_SHOWS(test, head, "in_sync", "1");
 
 	forward_leave(forward);
 	KUNIT_EXPECT_EQ(test, store(head, "rate", "921600"), -EINVAL);
-	EXPECT_JOURNAL(test, { NO_UART, 921600 }, { UART, 115200 });
+	EXPECT_CALLS(test, { NO_UART, 921600 }, { UART, 115200 });
 }
 
 static void rate_forward_refuses_test(struct kunit *test)
@@ -234,7 +234,7 @@ static void rate_forward_refuses_test(struct kunit *test)
 	SEND(test, uart, SYNC, SYNC);
 	forward->error = -ENOSPC;
 	KUNIT_EXPECT_EQ(test, store(head, "rate", "921600"), -ENOSPC);
-	EXPECT_JOURNAL(test, { NO_FRAME, 0x340003 });
+	EXPECT_CALLS(test, { NO_FRAME, 0x340003 });
 	EXPECT_SHOWS(test, head, "rate", "115200");
 	EXPECT_SHOWS(test, head, "in_sync", "1");
 }
@@ -251,14 +251,14 @@ static void rate_rounded_test(struct kunit *test)
 	uart->too_fast = -24;
 	KUNIT_EXPECT_EQ(test, store(head, "rate", "57600"), 0);
 	EXPECT_SHOWS(test, head, "rate", "57600");
-	forget_journal();
+	clear_call_log();
 
 	uart->too_fast = 27;
 	KUNIT_EXPECT_EQ(test, store(head, "rate", "921600"), -EINVAL);
-	EXPECT_JOURNAL(test, { UART, 921600 }, { UART, 57600 });
+	EXPECT_CALLS(test, { UART, 921600 }, { UART, 57600 });
 	uart->too_fast = -27;
 	KUNIT_EXPECT_EQ(test, store(head, "rate", "921600"), -EINVAL);
-	EXPECT_JOURNAL(test, { UART, 921600 }, { UART, 57600 });
+	EXPECT_CALLS(test, { UART, 921600 }, { UART, 57600 });
 	EXPECT_SHOWS(test, head, "rate", "57600");
 }
 
@@ -274,7 +274,7 @@ static void rate_text_test(struct kunit *test)
 	forward_come(test);
 	for (unsigned int i = 0; i < ARRAY_SIZE(bad); i++)
 		KUNIT_EXPECT_LT_MSG(test, store(head, "rate", bad[i]), 0, "\"%s\"", bad[i]);
-	expect_no_entry(test);
+	expect_no_call(test);
 	EXPECT_SHOWS(test, head, "rate", "115200");
 }
 
@@ -336,16 +336,16 @@ static void command_test(struct kunit *test)
 
 	KUNIT_EXPECT_EQ(test, store(head, row->attribute, row->text), row->frame ? 0 : -EINVAL);
 	if (row->frame)
-		expect_journal(test, &(struct entry){ FRAME, row->frame }, 1);
+		expect_calls(test, &(struct call){ FRAME, row->frame }, 1);
 	else
-		expect_no_entry(test);
+		expect_no_call(test);
 
 	/* without a forward channel a good text is -ENODEV, a bad one still -EINVAL */
 	uart_come(test, NULL);
 	forward_leave(forward);
 	KUNIT_EXPECT_EQ(test, store(head, row->attribute, row->text),
 			row->frame ? -ENODEV : -EINVAL);
-	expect_no_entry(test);
+	expect_no_call(test);
 }
 
 static void command_refused_test(struct kunit *test)
@@ -354,12 +354,12 @@ static void command_refused_test(struct kunit *test)
 
 	forward->error = -EBUSY;
 	KUNIT_EXPECT_EQ(test, store(forward->xy3.head, "autocalib", "off"), -EBUSY);
-	EXPECT_JOURNAL(test, { NO_FRAME, 0x100001 });
+	EXPECT_CALLS(test, { NO_FRAME, 0x100001 });
 	KUNIT_EXPECT_EQ(test, store(forward->xy3.head, "reference", "x"), -EBUSY);
 	forward->error = 0;
-	forget_journal();
+	clear_call_log();
 	KUNIT_EXPECT_EQ(test, store(forward->xy3.head, "autocalib", "off"), 0);
-	EXPECT_JOURNAL(test, { FRAME, 0x100001 });
+	EXPECT_CALLS(test, { FRAME, 0x100001 });
 }
 
 /* ---- what the head reports ---- */
@@ -521,7 +521,7 @@ static void xy3_control_suite_exit(struct kunit_suite *suite)
 static int xy3_control_init(struct kunit *test)
 {
 	KUNIT_EXPECT_EQ(test, heads(), 0);
-	forget_journal();
+	clear_call_log();
 	return 0;
 }
 

@@ -59,14 +59,14 @@ static void join_test(struct kunit *test)
 		KUNIT_EXPECT_PTR_EQ(test, head_of_number(0), head);
 		EXPECT_SHOWS_ERROR(test, head, "rate", -ENODEV);
 		KUNIT_EXPECT_EQ(test, store(head, "reference", ""), 0);
-		EXPECT_JOURNAL(test, { FRAME, 0x080001 });
+		EXPECT_CALLS(test, { FRAME, 0x080001 });
 		forward_leave(forward);
 	} else {
 		forward_leave(forward);
 		KUNIT_EXPECT_PTR_EQ(test, head_of_number(0), head);
 		EXPECT_SHOWS(test, head, "rate", "115200");
 		KUNIT_EXPECT_EQ(test, store(head, "reference", ""), -ENODEV);
-		expect_no_entry(test);
+		expect_no_call(test);
 		uart_unplug(uart);
 	}
 	KUNIT_EXPECT_EQ(test, heads(), 0);
@@ -172,11 +172,11 @@ static void two_heads_test(struct kunit *test)
 
 	forwards[0]->error = -EIO;
 	KUNIT_EXPECT_EQ(test, store(head[1], "calibrate", "x"), 0);
-	EXPECT_JOURNAL(test, { FRAME, 0x300007 });
+	EXPECT_CALLS(test, { FRAME, 0x300007 });
 	KUNIT_EXPECT_EQ(test, store(head[0], "calibrate", "x"), -EIO);
-	EXPECT_JOURNAL(test, { NO_FRAME, 0x300007 });
+	EXPECT_CALLS(test, { NO_FRAME, 0x300007 });
 
-	talker_start(test, uart_say, uarts[1], 57600);
+	sync_source_start(test, uart_send_syncs, uarts[1], 57600);
 	KUNIT_EXPECT_EQ(test, store(head[1], "rate", "57600"), 0);
 	EXPECT_SHOWS(test, head[0], "rate", "115200");
 	KUNIT_EXPECT_EQ(test, uarts[0]->rate, 115200);
@@ -371,7 +371,7 @@ static void probe_test(struct kunit *test)
 	uart_plug(test, uart, &(struct firmware_text){ });
 	KUNIT_ASSERT_TRUE(test, uart_bound(uart));
 	KUNIT_EXPECT_STREQ(test, uart->dev->driver->name, "xy3-backchannel");
-	EXPECT_JOURNAL(test, { UART, 115200 });
+	EXPECT_CALLS(test, { UART, 115200 });
 	KUNIT_EXPECT_EQ(test, uart->opened, 1);
 	KUNIT_EXPECT_FALSE(test, uart->flow_control);
 	KUNIT_EXPECT_EQ(test, uart->parity, SERDEV_PARITY_NONE);
@@ -381,7 +381,7 @@ static void probe_test(struct kunit *test)
 	device_release_driver(uart->dev);
 	KUNIT_EXPECT_EQ(test, uart->opened, 0);
 	KUNIT_EXPECT_EQ(test, heads(), 0);
-	expect_no_entry(test);
+	expect_no_call(test);
 }
 
 struct speed_row {
@@ -411,9 +411,9 @@ static void speed_test(struct kunit *test)
 	KUNIT_EXPECT_EQ(test, uart->opened, row->good);
 	KUNIT_EXPECT_EQ(test, heads(), row->good);
 	if (row->good)
-		expect_journal(test, &(struct entry){ UART, row->speed }, 1);
+		expect_calls(test, &(struct call){ UART, row->speed }, 1);
 	else
-		expect_no_entry(test);
+		expect_no_call(test);
 }
 
 static void open_error_test(struct kunit *test)
@@ -483,7 +483,7 @@ static int flow_thread(void *data)
 	return 0;
 }
 
-/* The head talks on while its driver goes, comes and goes */
+/* The head goes on sending while its driver goes, comes and goes */
 static void remove_in_flow_test(struct kunit *test)
 {
 	struct uart *uart = uart_come(test, NULL);
@@ -545,7 +545,7 @@ static void xy3_driver_suite_exit(struct kunit_suite *suite)
 static int xy3_driver_init(struct kunit *test)
 {
 	KUNIT_EXPECT_EQ(test, heads(), 0);
-	forget_journal();
+	clear_call_log();
 	return 0;
 }
 

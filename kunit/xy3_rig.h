@@ -2,9 +2,9 @@
 /*
  * What a scanhead's driver hangs between, for its KUnit suites: the common part
  *
- *   journal          writes down, in one order, what reaches the forward channel and the UART
+ *   the call log     all that reaches the forward channel and the UART, in one order
  *   struct forward   a forward channel that takes command frames, or refuses them
- *   struct talker    sends sync packets to a UART that listens at its rate
+ *   struct sync_source  sends sync packets to a UART that listens at its rate
  *   heads            found by name, as users see them; their attributes, called as sysfs does
  *
  * Included by one file of a module only, so all of it is static. Of the driver's symbols only the
@@ -26,13 +26,13 @@
 
 #include "xy3.h"
 
-#define JOURNAL_MAX	64
+#define CALLS_MAX	64
 
 /* Bytes of a stream */
 #define SYNC		0x48, 0x41, 0x00
 #define TEXT_PACKET(type, length)	0x48, (type), (length)
 
-/* ---- the journal ---- */
+/* ---- the call log ---- */
 
 enum event {
 	NOTHING,
@@ -42,58 +42,58 @@ enum event {
 	NO_UART		/* the UART was asked for this rate, and cannot */
 };
 
-struct entry {
+struct call {
 	enum event event;
 	u32 value;
 	s64 ms;
 };
 
-static DEFINE_SPINLOCK(journal_lock);
-static struct entry journal[JOURNAL_MAX];
-static unsigned int journal_count;
-static DECLARE_WAIT_QUEUE_HEAD(journal_grown);
+static DEFINE_SPINLOCK(call_log_lock);
+static struct call call_log[CALLS_MAX];
+static unsigned int call_log_count;
+static DECLARE_WAIT_QUEUE_HEAD(call_logged);
 
-static void note(enum event event, u32 value)
+static void log_call(enum event event, u32 value)
 {
-	scoped_guard(spinlock_irqsave, &journal_lock) {
-		if (journal_count < JOURNAL_MAX)
-			journal[journal_count] = (struct entry){ event, value,
+	scoped_guard(spinlock_irqsave, &call_log_lock) {
+		if (call_log_count < CALLS_MAX)
+			call_log[call_log_count] = (struct call){ event, value,
 								 ktime_to_ms(ktime_get()) };
-		journal_count++;
+		call_log_count++;
 	}
-	wake_up(&journal_grown);
+	wake_up(&call_logged);
 }
 
-static inline unsigned int journal_length(void)
+static inline unsigned int call_count(void)
 {
-	guard(spinlock_irqsave)(&journal_lock);
-	return journal_count;
+	guard(spinlock_irqsave)(&call_log_lock);
+	return call_log_count;
 }
 
 /* Wait until there are @n entries */
-static inline bool wait_journal(unsigned int n)
+static inline bool wait_calls(unsigned int n)
 {
-	return wait_event_timeout(journal_grown, journal_length() >= n, 200 * HZ);
+	return wait_event_timeout(call_logged, call_count() >= n, 200 * HZ);
 }
 
-static void forget_journal(void)
+static void clear_call_log(void)
 {
-	guard(spinlock_irqsave)(&journal_lock);
-	journal_count = 0;
+	guard(spinlock_irqsave)(&call_log_lock);
+	call_log_count = 0;
 }
 
-static void expect_journal(struct kunit *test, const struct entry *want, unsigned int n)
+static void expect_calls(struct kunit *test, const struct call *want, unsigned int n)
 {
-	struct entry got[JOURNAL_MAX];
+	struct call got[CALLS_MAX];
 	unsigned int count;
 
-	scoped_guard(spinlock_irqsave, &journal_lock) {
-		memcpy(got, journal, sizeof(got));
-		count = journal_count;
-		journal_count = 0;
+	scoped_guard(spinlock_irqsave, &call_log_lock) {
+		memcpy(got, call_log, sizeof(got));
+		count = call_log_count;
+		call_log_count = 0;
 	}
 	KUNIT_EXPECT_EQ(test, count, n);
-	for (unsigned int i = 0; i < min3(count, n, JOURNAL_MAX); i++)
+	for (unsigned int i = 0; i < min3(count, n, CALLS_MAX); i++)
 		KUNIT_EXPECT_TRUE_MSG(test, got[i].event == want[i].event &&
 				      got[i].value == want[i].value,
 				      "entry %u is %d/%u (%xh), not %d/%u (%xh)", i,
@@ -101,15 +101,15 @@ static void expect_journal(struct kunit *test, const struct entry *want, unsigne
 				      want[i].event, want[i].value, want[i].value);
 }
 
-#define EXPECT_JOURNAL(test, ...) do {							\
-	static const struct entry __want[] = { __VA_ARGS__ };				\
+#define EXPECT_CALLS(test, ...) do {							\
+	static const struct call __want[] = { __VA_ARGS__ };				\
 											\
-	expect_journal(test, __want, ARRAY_SIZE(__want));				\
+	expect_calls(test, __want, ARRAY_SIZE(__want));				\
 } while (0)
 
-static void expect_no_entry(struct kunit *test)
+static void expect_no_call(struct kunit *test)
 {
-	expect_journal(test, NULL, 0);
+	expect_calls(test, NULL, 0);
 }
 
 /* ---- forward channels ---- */
@@ -136,7 +136,7 @@ static int forward_command(struct xy3_forward *xy3, const u8 *frames, size_t siz
 
 		for (unsigned int i = 0; i < length && size; i++, size--)
 			frame = frame << 8 | *frames++;
-		note(forward->error ? NO_FRAME : FRAME, frame);
+		log_call(forward->error ? NO_FRAME : FRAME, frame);
 	}
 	return forward->error;
 }
@@ -183,51 +183,51 @@ static struct forward *forward_come(struct kunit *test)
 	return forward;
 }
 
-/* ---- a head that talks ---- */
+/* ---- a head that sends ---- */
 
 /**
- * struct talker - sends sync packets now and then
- * @say: sends them to @data, if that listens at the rate
+ * struct sync_source - sends sync packets now and then
+ * @send: sends them to @data, if that listens at the rate
  * @data: a UART
  * @rate: in bit/s
  * @work: does it
  */
-struct talker {
-	void (*say)(void *data, unsigned int rate);
+struct sync_source {
+	void (*send)(void *data, unsigned int rate);
 	void *data;
 	unsigned int rate;
 	struct delayed_work work;
 };
 
-static void talker_work(struct work_struct *work)
+static void sync_source_work(struct work_struct *work)
 {
-	struct talker *talker = container_of(to_delayed_work(work), struct talker, work);
+	struct sync_source *source = container_of(to_delayed_work(work), struct sync_source, work);
 
-	talker->say(talker->data, READ_ONCE(talker->rate));
-	schedule_delayed_work(&talker->work, HZ / 10);
+	source->send(source->data, READ_ONCE(source->rate));
+	schedule_delayed_work(&source->work, HZ / 10);
 }
 
-static void talker_stop(void *data)
+static void sync_source_stop(void *data)
 {
-	struct talker *talker = data;
+	struct sync_source *source = data;
 
-	cancel_delayed_work_sync(&talker->work);
+	cancel_delayed_work_sync(&source->work);
 }
 
-static inline struct talker *talker_start(struct kunit *test,
-					  void (*say)(void *data, unsigned int rate), void *data,
-					  unsigned int rate)
+static inline struct sync_source *
+sync_source_start(struct kunit *test, void (*send)(void *data, unsigned int rate), void *data,
+		  unsigned int rate)
 {
-	struct talker *talker = kunit_kzalloc(test, sizeof(*talker), GFP_KERNEL);
+	struct sync_source *source = kunit_kzalloc(test, sizeof(*source), GFP_KERNEL);
 
-	KUNIT_ASSERT_NOT_NULL(test, talker);
-	talker->say = say;
-	talker->data = data;
-	talker->rate = rate;
-	INIT_DELAYED_WORK(&talker->work, talker_work);
-	schedule_delayed_work(&talker->work, 0);
-	KUNIT_ASSERT_EQ(test, 0, kunit_add_action_or_reset(test, talker_stop, talker));
-	return talker;
+	KUNIT_ASSERT_NOT_NULL(test, source);
+	source->send = send;
+	source->data = data;
+	source->rate = rate;
+	INIT_DELAYED_WORK(&source->work, sync_source_work);
+	schedule_delayed_work(&source->work, 0);
+	KUNIT_ASSERT_EQ(test, 0, kunit_add_action_or_reset(test, sync_source_stop, source));
+	return source;
 }
 
 /* ---- heads ---- */

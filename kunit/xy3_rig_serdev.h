@@ -163,8 +163,8 @@ static void uart_send(struct kunit *test, struct uart *uart, const u8 *data, siz
 	uart_send(test, uart, __data, sizeof(__data));					\
 } while (0)
 
-/* For a talker */
-static inline void uart_say(void *data, unsigned int rate)
+/* For a sync source */
+static inline void uart_send_syncs(void *data, unsigned int rate)
 {
 	static const u8 syncs[] = { SYNC, SYNC };
 	struct uart *uart = data;
@@ -199,11 +199,11 @@ static unsigned int uart_set_baudrate(struct serdev_controller *ctrl, unsigned i
 	struct uart *uart = uart_of(ctrl);
 
 	if (uart->can && !uart->can(rate)) {
-		note(NO_UART, rate);
+		log_call(NO_UART, rate);
 		return uart->rate;
 	}
 	uart->rate = rate + (int)rate / 1000 * uart->too_fast;
-	note(UART, rate);
+	log_call(UART, rate);
 	if (uart->babble)
 		serdev_controller_receive_buf(ctrl, babble, sizeof(babble));
 	return uart->rate;
@@ -297,7 +297,7 @@ static struct xy3_head *uart_head(const struct uart *uart)
 	return dev ? to_xy3_head(dev) : NULL;
 }
 
-/* A UART whose scanhead is bound; the journal is empty */
+/* A UART whose scanhead is bound; the call log is empty */
 static struct uart *uart_come(struct kunit *test, const struct firmware_text *text)
 {
 	static const struct firmware_text nothing;
@@ -306,7 +306,7 @@ static struct uart *uart_come(struct kunit *test, const struct firmware_text *te
 	uart_plug(test, uart, text ?: &nothing);
 	KUNIT_ASSERT_TRUE_MSG(test, uart_bound(uart), "is xy3 loaded?");
 	KUNIT_ASSERT_NOT_NULL(test, uart_head(uart));
-	forget_journal();
+	clear_call_log();
 	return uart;
 }
 

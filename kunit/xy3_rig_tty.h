@@ -69,11 +69,11 @@ static void line_op_set_termios(struct tty_struct *tty, const struct ktermios *o
 	unsigned int was = tty_termios_baud_rate(old), rate = tty_get_baud_rate(tty);
 
 	if (line->can && !line->can(rate)) {
-		note(NO_UART, rate);
+		log_call(NO_UART, rate);
 		rate = line->instead ?: was;
 		tty_encode_baud_rate(tty, rate, rate);
 	} else if (rate != was) {
-		note(UART, rate);
+		log_call(UART, rate);
 	}
 }
 
@@ -132,8 +132,8 @@ static struct line *line_open(struct kunit *test, unsigned int number)
 	return line;
 }
 
-/* For a talker; nobody else may send at the same time */
-static inline void line_say(void *data, unsigned int rate)
+/* For a sync source, which must be the only one that sends meanwhile */
+static inline void line_send_syncs(void *data, unsigned int rate)
 {
 	static const u8 syncs[] = { SYNC, SYNC };
 	struct line *line = data;

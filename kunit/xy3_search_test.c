@@ -44,21 +44,21 @@ static void search_order_test(struct kunit *test)
 {
 	struct uart *uart = uart_come(test, NULL);
 	struct xy3_head *head = uart_head(uart);
-	struct entry *got = kunit_kzalloc(test, sizeof(journal), GFP_KERNEL);
+	struct call *got = kunit_kzalloc(test, sizeof(call_log), GFP_KERNEL);
 	s64 begin;
 
 	KUNIT_ASSERT_NOT_NULL(test, got);
 	forward_come(test);
 	EXPECT_SHOWS(test, head, "autobaud", "0");
 	msleep(10000);
-	expect_no_entry(test);
+	expect_no_call(test);
 
 	begin = now_ms();
 	KUNIT_ASSERT_EQ(test, store(head, "autobaud", "1\n"), 0);
 	EXPECT_SHOWS(test, head, "autobaud", "1");
-	KUNIT_ASSERT_TRUE(test, wait_journal(ARRAY_SIZE(turns)));
-	scoped_guard(spinlock_irqsave, &journal_lock)
-		memcpy(got, journal, sizeof(journal));
+	KUNIT_ASSERT_TRUE(test, wait_calls(ARRAY_SIZE(turns)));
+	scoped_guard(spinlock_irqsave, &call_log_lock)
+		memcpy(got, call_log, sizeof(call_log));
 
 	expect_time(test, got[0].ms - begin, 500, 0);
 	for (unsigned int i = 0; i < ARRAY_SIZE(turns); i++) {
@@ -76,19 +76,19 @@ static void search_end_test(struct kunit *test)
 	struct xy3_head *head = uart_head(uart);
 
 	KUNIT_ASSERT_EQ(test, store(head, "autobaud", "1"), 0);
-	KUNIT_ASSERT_TRUE(test, wait_journal(2));
+	KUNIT_ASSERT_TRUE(test, wait_calls(2));
 	SEND(test, uart, SYNC, SYNC);
 	msleep(20000);
-	EXPECT_JOURNAL(test, { UART, 230400 }, { UART, 460800 });
+	EXPECT_CALLS(test, { UART, 230400 }, { UART, 460800 });
 	EXPECT_SHOWS(test, head, "rate", "460800");
 	EXPECT_SHOWS(test, head, "in_sync", "1");
 
 	/* sync is lost: the present rate has the first turn, and a new search begins behind it */
 	SEND(test, uart, 0x99);
-	KUNIT_ASSERT_TRUE(test, wait_journal(1));
-	EXPECT_JOURNAL(test, { UART, 921600 });
-	KUNIT_ASSERT_TRUE(test, wait_journal(1));
-	EXPECT_JOURNAL(test, { UART, 57600 });
+	KUNIT_ASSERT_TRUE(test, wait_calls(1));
+	EXPECT_CALLS(test, { UART, 921600 });
+	KUNIT_ASSERT_TRUE(test, wait_calls(1));
+	EXPECT_CALLS(test, { UART, 57600 });
 	SEND(test, uart, SYNC, SYNC);
 
 	/* lost and found again in that first turn */
@@ -96,7 +96,7 @@ static void search_end_test(struct kunit *test)
 	msleep(100);
 	SEND(test, uart, SYNC, SYNC);
 	msleep(20000);
-	expect_no_entry(test);
+	expect_no_call(test);
 }
 
 static void search_off_test(struct kunit *test)
@@ -108,18 +108,18 @@ static void search_off_test(struct kunit *test)
 	KUNIT_EXPECT_EQ(test, store(head, "autobaud", ""), -EINVAL);
 	KUNIT_EXPECT_EQ(test, store(head, "autobaud", "maybe"), -EINVAL);
 	KUNIT_ASSERT_EQ(test, store(head, "autobaud", "1"), 0);
-	KUNIT_ASSERT_TRUE(test, wait_journal(1));
-	EXPECT_JOURNAL(test, { UART, 230400 });
+	KUNIT_ASSERT_TRUE(test, wait_calls(1));
+	EXPECT_CALLS(test, { UART, 230400 });
 	KUNIT_ASSERT_EQ(test, store(head, "autobaud", "0"), 0);
 	msleep(20000);
-	expect_no_entry(test);
+	expect_no_call(test);
 	EXPECT_SHOWS(test, head, "rate", "230400");
 
 	/* in sync there is nothing to search for */
 	SEND(test, uart, SYNC, SYNC);
 	KUNIT_ASSERT_EQ(test, store(head, "autobaud", "1"), 0);
 	msleep(20000);
-	expect_no_entry(test);
+	expect_no_call(test);
 }
 
 static void search_send(struct kunit *test, struct uart *uart, size_t size)
@@ -140,29 +140,29 @@ static void search_give_up_test(struct kunit *test)
 	s64 begin;
 
 	KUNIT_ASSERT_EQ(test, store(head, "autobaud", "1"), 0);
-	KUNIT_ASSERT_TRUE(test, wait_journal(LONG_TURN + 1));
-	forget_journal();
+	KUNIT_ASSERT_TRUE(test, wait_calls(LONG_TURN + 1));
+	clear_call_log();
 
 	search_send(test, uart, 1000);
 	search_send(test, uart, 23);
 	msleep(1000);
-	expect_no_entry(test);
+	expect_no_call(test);
 	begin = now_ms();
 	search_send(test, uart, 1);
-	KUNIT_ASSERT_TRUE(test, wait_journal(1));
+	KUNIT_ASSERT_TRUE(test, wait_calls(1));
 	KUNIT_EXPECT_LT(test, now_ms() - begin, 1000);
-	EXPECT_JOURNAL(test, { UART, 230400 });
+	EXPECT_CALLS(test, { UART, 230400 });
 
 	/* counted anew at each rate; more than enough in one piece is one step */
 	search_send(test, uart, 1023);
 	msleep(1000);
-	expect_no_entry(test);
+	expect_no_call(test);
 	begin = now_ms();
 	search_send(test, uart, 4096);
-	KUNIT_ASSERT_TRUE(test, wait_journal(1));
+	KUNIT_ASSERT_TRUE(test, wait_calls(1));
 	KUNIT_EXPECT_LT(test, now_ms() - begin, 1000);
 	msleep(1000);
-	EXPECT_JOURNAL(test, { UART, 460800 });
+	EXPECT_CALLS(test, { UART, 460800 });
 
 	/* 1 KiB with sync is no reason */
 	search_send(test, uart, 600);
@@ -170,7 +170,7 @@ static void search_give_up_test(struct kunit *test)
 	for (unsigned int i = 0; i < 300; i++)
 		SEND(test, uart, SYNC);
 	msleep(20000);
-	expect_no_entry(test);
+	expect_no_call(test);
 }
 
 static bool can_115200_and_57600(unsigned int rate)
@@ -191,17 +191,17 @@ static void search_refused_test(struct kunit *test)
 
 	uart->can = can_115200_and_57600;
 	KUNIT_ASSERT_EQ(test, store(head, "autobaud", "1"), 0);
-	KUNIT_ASSERT_TRUE(test, wait_journal(8));
-	EXPECT_JOURNAL(test, { NO_UART, 230400 }, { UART, 115200 }, { NO_UART, 460800 },
-		       { UART, 115200 }, { NO_UART, 921600 }, { UART, 115200 },
+	KUNIT_ASSERT_TRUE(test, wait_calls(8));
+	EXPECT_CALLS(test, { NO_UART, 230400 }, { UART, 115200 }, { NO_UART, 460800 },
+		     { UART, 115200 }, { NO_UART, 921600 }, { UART, 115200 },
 		       { UART, 57600 }, { UART, 115200 });
 	EXPECT_SHOWS(test, head, "rate", "115200");
 
 	uart->can = can_nothing;
-	forget_journal();
+	clear_call_log();
 	msleep(10000);
-	KUNIT_EXPECT_LE(test, journal_length(), 2 * 10 * 10);
-	KUNIT_EXPECT_GE(test, journal_length(), 2 * 5);
+	KUNIT_EXPECT_LE(test, call_count(), 2 * 10 * 10);
+	KUNIT_EXPECT_GE(test, call_count(), 2 * 5);
 }
 
 /* The backchannel goes in the middle of it */
@@ -212,26 +212,26 @@ static void search_leave_test(struct kunit *test)
 	struct xy3_head *head = uart_head(uart);
 
 	KUNIT_ASSERT_EQ(test, store(head, "autobaud", "1"), 0);
-	KUNIT_ASSERT_TRUE(test, wait_journal(1));
+	KUNIT_ASSERT_TRUE(test, wait_calls(1));
 	uart_unplug(uart);
-	forget_journal();
+	clear_call_log();
 	msleep(10000);
-	expect_no_entry(test);
+	expect_no_call(test);
 
 	/* and another one comes: a new search */
 	uart = uart_come(test, NULL);
 	KUNIT_ASSERT_PTR_EQ(test, uart_head(uart), head);
 	EXPECT_SHOWS(test, head, "autobaud", "1");
-	KUNIT_ASSERT_TRUE(test, wait_journal(2));
-	EXPECT_JOURNAL(test, { UART, 230400 }, { UART, 460800 });
+	KUNIT_ASSERT_TRUE(test, wait_calls(2));
+	EXPECT_CALLS(test, { UART, 230400 }, { UART, 460800 });
 
 	/* the last one goes while it is on */
 	forward_leave(forward);
 	uart_unplug(uart);
 	KUNIT_EXPECT_EQ(test, heads(), 0);
-	forget_journal();
+	clear_call_log();
 	msleep(10000);
-	expect_no_entry(test);
+	expect_no_call(test);
 }
 
 static struct kunit_case xy3_search_cases[] = {
@@ -257,7 +257,7 @@ static void xy3_search_suite_exit(struct kunit_suite *suite)
 static int xy3_search_init(struct kunit *test)
 {
 	KUNIT_EXPECT_EQ(test, heads(), 0);
-	forget_journal();
+	clear_call_log();
 	return 0;
 }
 

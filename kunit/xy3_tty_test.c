@@ -247,19 +247,19 @@ static void search_line_errors_test(struct kunit *test)
 	forward_come(test);
 	KUNIT_ASSERT_EQ(test, store(head, "autobaud", "1"), 0);
 	/* into the round whose turns last for 4 s */
-	KUNIT_ASSERT_TRUE(test, wait_journal(15));
-	forget_journal();
+	KUNIT_ASSERT_TRUE(test, wait_calls(15));
+	clear_call_log();
 	EXPECT_SHOWS(test, head, "rate", "115200");
 	begin = ktime_to_ms(ktime_get());
 	line_send(test, line, data, flags, sizeof(data));
-	KUNIT_ASSERT_TRUE(test, wait_journal(1));
+	KUNIT_ASSERT_TRUE(test, wait_calls(1));
 	KUNIT_EXPECT_LT(test, ktime_to_ms(ktime_get()) - begin, 2000);
-	EXPECT_JOURNAL(test, { UART, 230400 });
+	EXPECT_CALLS(test, { UART, 230400 });
 
 	/* control: so many bytes without errors do nothing */
 	line_send(test, line, data, NULL, sizeof(data));
 	msleep(2000);
-	expect_no_entry(test);
+	expect_no_call(test);
 	LINE_SEND(test, line, SYNC, SYNC);
 	/* nor do errors of a head that was in sync at this rate, for as long as a turn lasts */
 	line_send(test, line, data, flags, sizeof(data));
@@ -277,11 +277,11 @@ static void search_odd_rate_test(struct kunit *test)
 	KUNIT_ASSERT_EQ(test, set_speed(line->tty, 9600), 9600);
 	KUNIT_ASSERT_EQ(test, line_attach(line), 0);
 	EXPECT_SHOWS(test, head_of_number(0), "rate", "9600");
-	forget_journal();
+	clear_call_log();
 	KUNIT_ASSERT_EQ(test, store(head_of_number(0), "autobaud", "1"), 0);
-	KUNIT_ASSERT_TRUE(test, wait_journal(6));
-	EXPECT_JOURNAL(test, { UART, 57600 }, { UART, 115200 }, { UART, 230400 },
-		       { UART, 460800 }, { UART, 921600 }, { UART, 57600 });
+	KUNIT_ASSERT_TRUE(test, wait_calls(6));
+	EXPECT_CALLS(test, { UART, 57600 }, { UART, 115200 }, { UART, 230400 },
+		     { UART, 460800 }, { UART, 921600 }, { UART, 57600 });
 }
 
 /* ---- the head's tty: speed ---- */
@@ -298,30 +298,30 @@ static void speed_test(struct kunit *test)
 	struct tty_struct *tty = reader_come(test, head, READER_MAX);
 
 	forward_come(test);
-	talker_start(test, line_say, line, 460800);
+	sync_source_start(test, line_send_syncs, line, 460800);
 	line->can = can_up_to_460800;
 	KUNIT_EXPECT_EQ(test, tty_get_baud_rate(tty), 115200);
 	KUNIT_EXPECT_EQ(test, set_speed(tty, 460800), 460800);
-	EXPECT_JOURNAL(test, { FRAME, 0x240002 }, { UART, 460800 });
+	EXPECT_CALLS(test, { FRAME, 0x240002 }, { UART, 460800 });
 	KUNIT_EXPECT_EQ(test, tty_get_baud_rate(line->tty), 460800);
 	EXPECT_SHOWS(test, head, "rate", "460800");
 
 	/* no rate of a head */
 	KUNIT_EXPECT_EQ(test, set_speed(tty, 9600), 460800);
-	expect_no_entry(test);
+	expect_no_call(test);
 	KUNIT_EXPECT_EQ(test, tty_get_baud_rate(line->tty), 460800);
 
 	/* a rate that the UART refuses */
 	KUNIT_EXPECT_EQ(test, set_speed(tty, 921600), 460800);
-	EXPECT_JOURNAL(test, { FRAME, 0x340003 }, { NO_UART, 921600 }, { FRAME, 0x240002 });
+	EXPECT_CALLS(test, { FRAME, 0x340003 }, { NO_UART, 921600 }, { FRAME, 0x240002 });
 	KUNIT_EXPECT_EQ(test, tty_get_baud_rate(line->tty), 460800);
 	EXPECT_SHOWS(test, head, "rate", "460800");
 
 	/* one that is too far off what the UART makes of it */
 	line->instead = 500000;
 	KUNIT_EXPECT_EQ(test, set_speed(tty, 921600), 460800);
-	EXPECT_JOURNAL(test, { FRAME, 0x340003 }, { NO_UART, 921600 }, { UART, 460800 },
-		       { FRAME, 0x240002 });
+	EXPECT_CALLS(test, { FRAME, 0x340003 }, { NO_UART, 921600 }, { UART, 460800 },
+		     { FRAME, 0x240002 });
 	KUNIT_EXPECT_EQ(test, tty_get_baud_rate(line->tty), 460800);
 	EXPECT_SHOWS(test, head, "rate", "460800");
 }
@@ -333,20 +333,20 @@ static void speed_shown_test(struct kunit *test)
 	struct tty_struct *tty = reader_come(test, head, READER_MAX);
 
 	forward_come(test);
-	talker_start(test, line_say, line, 921600);
+	sync_source_start(test, line_send_syncs, line, 921600);
 	/* by the attribute */
 	KUNIT_EXPECT_EQ(test, store(head, "rate", "921600"), 0);
-	EXPECT_JOURNAL(test, { FRAME, 0x340003 }, { UART, 921600 });
+	EXPECT_CALLS(test, { FRAME, 0x340003 }, { UART, 921600 });
 	msleep(100);
 	KUNIT_EXPECT_EQ(test, tty_get_baud_rate(tty), 921600);
 
 	/* from below, where nobody tells the head */
 	KUNIT_EXPECT_EQ(test, set_speed(line->tty, 57600), 57600);
-	EXPECT_JOURNAL(test, { UART, 57600 });
+	EXPECT_CALLS(test, { UART, 57600 });
 	EXPECT_SHOWS(test, head, "rate", "57600");
 	msleep(100);
 	KUNIT_EXPECT_EQ(test, tty_get_baud_rate(tty), 57600);
-	expect_no_entry(test);
+	expect_no_call(test);
 }
 
 /* ---- the head's tty: write ---- */
@@ -356,7 +356,7 @@ struct write_row {
 	u8 size;
 	u8 data[12];
 	u8 frames;	/* 0: -EINVAL, and nothing is sent */
-	struct entry sent[3];
+	struct call sent[3];
 };
 
 static const struct write_row write_rows[] = {
@@ -398,16 +398,16 @@ static void write_test(struct kunit *test)
 
 	KUNIT_EXPECT_EQ(test, tty->ops->write(tty, data, row->size),
 			row->frames ? row->size : -EINVAL);
-	expect_journal(test, row->sent, row->frames);
+	expect_calls(test, row->sent, row->frames);
 
 	forward->error = -ENOSPC;
 	if (row->frames)
 		KUNIT_EXPECT_EQ(test, tty->ops->write(tty, data, row->size), -ENOSPC);
 	forward_leave(forward);
-	forget_journal();
+	clear_call_log();
 	KUNIT_EXPECT_EQ(test, tty->ops->write(tty, data, row->size),
 			row->frames ? -ENODEV : -EINVAL);
-	expect_no_entry(test);
+	expect_no_call(test);
 }
 
 /* ---- the head's tty: read ---- */
@@ -681,7 +681,7 @@ static void xy3_tty_suite_exit(struct kunit_suite *suite)
 static int xy3_tty_case_init(struct kunit *test)
 {
 	KUNIT_EXPECT_EQ(test, heads(), 0);
-	forget_journal();
+	clear_call_log();
 	return 0;
 }
 
