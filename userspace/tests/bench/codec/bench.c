@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * bench: how quick the codecs are. For userspace/tests/bench/codec/bench-codec, which makes tables out of this:
+ * bench: measures the codecs. For bench-codec, which makes tables of this:
  *
  *   bench list                     the contests and their contenders, a line each
  *   bench check                    whether the contenders of each contest bring forth the same
