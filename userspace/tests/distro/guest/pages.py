@@ -2,8 +2,9 @@
 """What a document tells its reader to type.
 
 Lines of a fenced block that begin with "$ " are for a member of the group dialout, with "# " for
-root; three blanks end them, and a comment may follow. Lines below, up to the next
-one, are what is printed. A block marked "python" is a program for a member of the group.
+root. A comment may follow behind three blanks. Lines below, up to the next one, are what is
+printed. A block marked "python" is a program for a member of the group, and one marked "sh" is
+typed whole on a machine that has nothing yet, see test-fresh-machine.
 """
 
 import re
@@ -11,8 +12,9 @@ from collections import namedtuple
 
 PROMPTS = {'$ ': 'member', '# ': 'root'}
 
-# block: a number, the same for what stands in one block
-Command = namedtuple('Command', 'user text shown block')
+# text: without the comment, as tests name it; typed: the line as a reader copies it
+# block: a number, the same for all lines of one block
+Command = namedtuple('Command', 'user text typed shown block')
 
 
 def blocks(text):
@@ -26,13 +28,14 @@ def commands(text):
     found = []
     for number, (info, lines) in enumerate(blocks(text)):
         if info == 'python':
-            found.append(Command('program', '\n'.join(lines) + '\n', [], number))
+            source = '\n'.join(lines) + '\n'
+            found.append(Command('program', source, source, [], number))
         if info:
             continue
         for line in lines:
             if line[:2] in PROMPTS:
-                typed = re.split(r' {3,}', line[2:])[0]
-                found.append(Command(PROMPTS[line[:2]], typed, [], number))
+                text = re.split(r' {3,}', line[2:])[0]
+                found.append(Command(PROMPTS[line[:2]], text, line[2:], [], number))
             elif found and found[-1].block == number:
                 found[-1].shown.append(line)
     return found

@@ -121,7 +121,7 @@ def test_first_page():
 def test_page_on_installing():
     with Document('userspace/doc/install.md') as document:
         document.elsewhere('apt install dkms linux-headers-amd64', 'make install',
-                           test='test-make-install, and the tree itself has these packages')
+                           test='test-fresh-machine, alone')
         document.elsewhere('make deb', 'apt install ./build/deb/*.deb',
                            test='build-debs, test-packages')
         document.elsewhere('sudo adduser $USER dialout', test='setpriv is as good')

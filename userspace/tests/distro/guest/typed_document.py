@@ -53,7 +53,7 @@ class Document:
         return command
 
     def start(self, command, text, **options):
-        words = ['sh', '-c', text] if command.user != 'program' else ['python3', '-u', '-c', text]
+        words = ['bash', '-c', text] if command.user != 'program' else ['python3', '-u', '-c', text]
         if command.user != 'root':
             words = MEMBER + words
         return subprocess.Popen(words, cwd=self.folder, stderr=subprocess.STDOUT,
@@ -80,12 +80,13 @@ class Document:
     def run(self, text, names=(), status=0):
         """-> what it prints. names: [(as in the document, as it is here), ...]"""
         command = self.next(text)
+        typed = command.typed
         for name, here in names:
-            text = text.replace(name, here)
-        if text.startswith('cd '):
-            self.folder = self.finish(command, text + ' && pwd').strip()
+            typed = typed.replace(name, here)
+        if typed.startswith('cd '):
+            self.folder = self.finish(command, 'set -e\n%s\npwd' % typed).strip()
             return ''
-        return self.finish(command, text, status)
+        return self.finish(command, typed, status)
 
     def shows(self, text):
         """A command that prints what the document has below it, and nothing else"""
@@ -103,7 +104,7 @@ class Document:
         """Goes on by itself: once it has printed `ready`, act(); until all words are printed."""
         command = self.next(text)
         with tempfile.NamedTemporaryFile('w') as file:
-            process = self.start(command, command.text, stdout=file)
+            process = self.start(command, command.typed, stdout=file)
 
             def printed(word):
                 return lambda: word in read_output(file.name) or process.poll() is not None
