@@ -1,13 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """What all tests in the guest share: checks, waiting, commands, and a plugged pendant."""
 
-import errno
 import glob
 import os
 import re
-import struct
 import subprocess
-import threading
 import time
 
 import libevdev
@@ -228,16 +225,6 @@ def key(code, value):
     return ['MSC_SCAN %d' % code, 'BTN_TRIGGER_HAPPY%d %d' % (code, value)]
 
 
-def selector(old, new):
-    """What turning the selector gives; positions 0..6 as in ABS_MISC."""
-    events = ['ABS_MISC %d' % new]
-    if old:
-        events.append('BTN_TRIGGER_HAPPY%d 0' % (30 + old))
-    if new:
-        events.append('BTN_TRIGGER_HAPPY%d 1' % (30 + new))
-    return events
-
-
 class Events:
     """An event node, as libevdev reads it; events are words: ["ABS_MISC 1", "SYN_REPORT 0"]."""
 
@@ -284,39 +271,6 @@ class Events:
     def quiet(self, seconds=0.3):
         time.sleep(seconds)
         assert self.more() == []
-
-
-class Watcher:
-    """Reads an event node until the device goes, as a program does that waits for events.
-
-    Not by libevdev: its python binding does not tell the end. And in a thread that is always
-    ready, as the kernel drops what has not been read when the device goes.
-    """
-
-    EVENT = struct.Struct('@qqHHi')
-
-    def __init__(self, node):
-        self.fd = os.open(node, os.O_RDONLY)
-        self.events = []
-        self.thread = threading.Thread(target=self._read, daemon=True)
-        self.thread.start()
-
-    def _read(self):
-        while True:
-            try:
-                data = os.read(self.fd, 64 * self.EVENT.size)
-            except OSError as error:
-                assert error.errno == errno.ENODEV
-                break
-            for _, _, kind, code, value in self.EVENT.iter_unpack(data):
-                self.events.append('%s %d' % (libevdev.evbit(kind, code).name, value))
-        os.close(self.fd)
-
-    def rest(self):
-        """All up to the end."""
-        self.thread.join(EVENT_TIME)
-        assert not self.thread.is_alive(), 'the device is still there'
-        return self.events
 
 
 class Plugged:
