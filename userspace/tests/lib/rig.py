@@ -243,6 +243,11 @@ class Rig:
         self.close_reader()
         self.device.detach()
         self.wait_gone()
+        if self.path and isinstance(self.device, UsbPendant):
+            # the HID device may have gone before; a hub that has not yet noticed that a port was
+            # empty takes the next device there for this one
+            usb_device = os.path.dirname(os.path.dirname(self.path))
+            assert wait(lambda: not os.path.exists(usb_device)), '%s stays' % usb_device
         self.path = None
 
     def wait_gone(self):
