@@ -151,6 +151,7 @@ class TestShow(ToolCase):
             pendant.set('position', '1.5 -2 3 -220.334 0 1')
             pendant.set('state', 'run+0x40')
             pendant.report(selector=0x11)
+            pendant.settle()                # no number changes while it is shown
             result = run('show')
             assert (result.status, result.err) == (OK, '')
             lines = dict(line.split(None, 1) for line in result.out.splitlines())
@@ -168,6 +169,7 @@ class TestShow(ToolCase):
         pendant = self.plug()
         pendant.set('position', '65535.9999 -2 3 -220.334 0 -0.0001')
         pendant.set('day', '31')
+        pendant.settle()                    # no number changes while it is shown
         shown = run('show', '--json').json()[0]
         assert (shown['name'], shown['model'], shown['awake'], shown['layout']) == \
                          (self.name(pendant), 'HB04', False, None)
@@ -187,7 +189,9 @@ class TestShow(ToolCase):
 class TestSet(ToolCase):
     def test_several_fields_reach_the_display_in_one_frame(self):
         pendant = self.plug()
+        pendant.set('refresh_ms', '1000')
         for turn in range(1, 6):
+            pendant.flush()                 # the next frame is not due before the tool has ended
             before = pendant.settle()
             result = run('set', 'work_x=%d.5' % turn, 'work_y=-77.89', 'machine_z=-%d' % turn,
                          'feedrate=%d' % turn, 'spindle_override=80', 'step=%d' % (turn % 2),
