@@ -9,16 +9,35 @@ only and drops its wValue; the requests are therefore seen by usbmon.
 import errno
 import os
 import re
+import select
+import struct
+import subprocess
 import threading
-import time
 
 from xhc_sim import find
 from xhc_sim.models import MANUFACTURER, VENDOR
-from xhc_sim.pendant import VirtualPendant
+from xhc_sim.pendant import NoDevice, VirtualPendant
 
 CONFIGFS = '/sys/kernel/config/usb_gadget'
-USBMON = '/sys/kernel/debug/usb/usbmon/%du'
+USBMON = '/dev/usbmon%d'
 REPORT_LENGTH = 8
+
+# An event as read() of usbmon has it, then the data (Documentation/usb/usbmon.rst):
+# id, type, transfer, endpoint, device, bus, flags of setup and data, seconds, microseconds, status,
+# length, captured length, setup packet
+EVENT = struct.Struct('=QcBBBHccqiiII8s')
+SUBMITTED, CONTROL, PRESENT = b'S', 2, b'\0'
+SET_REPORT = 0x21, 0x09
+SETUP = struct.Struct('<BBHHH')
+PAUSE = 0.05                # seconds until unplug() is noticed
+
+
+def load_controllers():
+    """Where dummy_hcd and the rest are modules: one controller for each model, and a spare one."""
+    subprocess.run(['modprobe', 'dummy_hcd', 'num=3'], check=True)
+    subprocess.run(['modprobe', '-a', 'libcomposite', 'usbmon'], check=True)
+    if not os.path.isdir(CONFIGFS):
+        subprocess.run(['mount', '-t', 'configfs', 'configfs', '/sys/kernel/config'], check=True)
 
 
 def _write(path, text):
@@ -61,10 +80,12 @@ class HidGadgetPendant(VirtualPendant):
         self.plugged = True
         self._reader = threading.Thread(target=self._listen, args=(mon,), daemon=True)
         self._reader.start()
-        if built:
-            self._authorize('1')
-        else:
+        if not built:
             _write(self.root + '/UDC', self.controller)
+        # what unplug() takes back comes with the enumeration
+        if not find.wait(lambda: os.path.exists(self._authorized()), 30, PAUSE):
+            raise NoDevice(errno.ENODEV, 'the host does not enumerate the gadget')
+        self._authorize('1')
         self._gadget = os.open('/dev/hidg%d' % self._minor(), os.O_RDWR | os.O_NONBLOCK)
 
     def unplug(self):
@@ -77,8 +98,11 @@ class HidGadgetPendant(VirtualPendant):
 
     detach = unplug
 
+    def _authorized(self):
+        return '/sys/bus/usb/devices/%d-1/authorized' % self._bus()
+
     def _authorize(self, text):
-        _write('/sys/bus/usb/devices/%d-1/authorized' % self._bus(), text)
+        _write(self._authorized(), text)
 
     def _build(self):
         root = self.root
@@ -119,22 +143,16 @@ class HidGadgetPendant(VirtualPendant):
     # --- from the host --------------------------------------------------------------------
 
     def _listen(self, mon):
-        """usbmon's text files cannot be polled for."""
-        text = ''
         while self.plugged:
-            try:
-                text += os.read(mon, 4096).decode()
-            except BlockingIOError:
-                time.sleep(0.002)
-                continue
-            *lines, text = text.split('\n')
-            for line in lines:
-                self._request(line.split())
+            if select.select([mon], [], [], PAUSE)[0]:
+                self._request(os.read(mon, 4096))
         os.close(mon)
 
-    def _request(self, words):
-        """TAG TIME S Co:BUS:DEVICE:0 s 21 09 0306 0000 0008 8 = 06fefd16 00000000"""
-        if words[2:3] != ['S'] or words[4:7] != ['s', '21', '09']:
+    def _request(self, event):
+        _, kind, transfer, _, _, _, no_setup, no_data, *_, length, setup = EVENT.unpack_from(event)
+        if (kind, transfer, no_setup) != (SUBMITTED, CONTROL, PRESENT):
             return
-        data = bytes.fromhex(''.join(words[words.index('=') + 1:])) if '=' in words else b''
-        self.set_report(int(words[7], 16), int(words[8], 16), data)
+        request_type, request, value, index, _ = SETUP.unpack(setup)
+        if (request_type, request) == SET_REPORT:
+            data = event[EVENT.size:EVENT.size + length] if no_data == PRESENT else b''
+            self.set_report(value, index, data)
