@@ -10,9 +10,9 @@ import subprocess
 
 import pytest
 from case import row
+from driven import MODELS
 import rig
 from rig import KEY, PARAMETER, Case, pressed, read_file, released, selected, turned, write_file
-from xhc_sim.models import MODELS
 
 EVIOCGKEYCODE, EVIOCSKEYCODE = 0x80084504, 0x40084504
 EVIOCGKEYCODE_V2, EVIOCSKEYCODE_V2 = 0x80284504, 0x40284504

@@ -10,9 +10,10 @@ import pytest
 from case import row
 import rig
 from descriptors import ACCEPTED, REFUSED
+from driven import MODELS
 from rig import Case, KernelLog, pressed, selected, turned
 from xhc_sim import find
-from xhc_sim.models import MODELS, REPORT_DESCRIPTOR
+from xhc_sim.models import REPORT_DESCRIPTOR
 from xhc_sim.uhid import UhidPendant
 
 

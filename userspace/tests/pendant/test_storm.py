@@ -17,12 +17,12 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
+from driven import MODELS
 import rig
 from hid_gadget import HidGadgetPendant, load_controllers
 from raw_gadget import GadgetPendant
 from rig import Case
 from xhc_sim import find
-from xhc_sim.models import MODELS
 from xhc_sim.uhid import UhidPendant
 from xhc_sim.usb import UsbPendant
 

@@ -11,10 +11,10 @@ import time
 from case import row
 import rig
 from descriptors import REFUSED
+from driven import MODELS
 from rig import Case, pressed, read_file, released, selected, turned
 from xhc_sim import find
 from xhc_sim.lcd import COORDINATES
-from xhc_sim.models import MODELS
 from xhc_sim.usb import VHCI, UsbPendant
 
 SET_REPORT = (0x21, 0x09)
