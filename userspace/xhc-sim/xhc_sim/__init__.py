@@ -2,8 +2,10 @@
 """xhc-sim: virtual XHC HB03 and HB04 pendants.
 
 models    what differs between the models
+wire      what they have in common
+hands     keys, selector, wheel, sleep -> input reports
 lcd       display chunks -> frame -> what the LCD shows
-pendant   keys, selector, wheel, sleep -> input reports
+pendant   the device on no bus: reports, frames, faults
 uhid      the pendant as a HID device of /dev/uhid
 usb       the pendant as a USB device on vhci_hcd
 """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The display: chunks -> frame -> what the LCD shows.
+"""The display: chunks -> frame -> what the LCD of an HB03 or HB04 shows.
 
 Frame layout (all numbers little-endian; F = 1 byte on the HB03, 2 bytes on the HB04):
 
@@ -10,12 +10,16 @@ A coordinate is the integer part without sign, then the fraction in units of the
 digit; the fraction's top bit is the sign.  Step: low nibble = multiplier's code, high = icon.
 """
 
-from .models import CHUNK_SIZE, STEPS
+from .wire import CHUNK_SIZE
 
 MAGIC = b'\xfe\xfd'
 COORDINATES = ('work_x', 'work_y', 'work_z', 'machine_x', 'machine_y', 'machine_z')
 NUMBERS = ('feedrate_override', 'spindle_override', 'feedrate', 'spindle_speed')
 WIDTH = 46
+
+# Low nibble of the step byte -> multiplier.  0Bh exists on the HB04, its meaning is unknown.
+STEPS = {0x0: 0, 0x1: 1, 0x2: 5, 0x3: 10, 0x4: 20, 0x5: 30, 0x6: 40, 0x7: 50, 0x8: 100,
+         0x9: 500, 0xA: 1000}
 
 
 class Assembler:
@@ -47,7 +51,15 @@ class Assembler:
 
 
 class Picture:
-    """What one frame puts on the LCD.  `faults` lists what no sane host would send."""
+    """What one frame puts on the LCD.  `faults` lists what no sane host would send.
+
+    POSITIONS   the decimal fields; GROUP is the name of all of them together
+    FIELDS      names of what can be expected on the LCD
+    """
+
+    POSITIONS, GROUP = COORDINATES, 'position'
+    FIELDS = COORDINATES + NUMBERS + ('position', 'step', 'step_code', 'icon', 'state', 'day',
+                                      'faults')
 
     def __init__(self, model, frame):
         self.model = model
@@ -58,13 +70,8 @@ class Picture:
         self._decode()
 
     def _decode(self):
-        size = self.model.frame_size
-        if len(self.frame) < size:
-            raise ValueError('a frame of the %s has %d bytes, not %d'
-                             % (self.model.name, size, len(self.frame)))
-        if not self.frame.startswith(MAGIC):
-            self.faults.append('no magic')
-        if any(self.frame[size:]):
+        self._check_frame()
+        if any(self.frame[self.model.frame_size:]):
             self.faults.append('padding is not zero')
 
         self.day = self.frame[2]
@@ -86,6 +93,14 @@ class Picture:
         if self.step is None:
             self.faults.append('step code %#x' % self.step_code)
         self.state = self.frame[at + 1]
+
+    def _check_frame(self):
+        size = self.model.frame_size
+        if len(self.frame) < size:
+            raise ValueError('a frame of the %s has %d bytes, not %d'
+                             % (self.model.name, size, len(self.frame)))
+        if not self.frame.startswith(MAGIC):
+            self.faults.append('no magic')
 
     def _coordinate(self, name, field):
         """-> the text on the LCD, sign and all decimals"""
@@ -137,7 +152,7 @@ class Picture:
             '>' if selector == 'feed' else ' ', number['feedrate'], number['feedrate_override'],
             '>' if selector == 'spindle' else ' ', number['spindle_speed'],
             number['spindle_override']))
-        return _box(model.name + ('' if awake else ' asleep'), 'day %d' % self.day, rows)
+        return box(model, awake, 'day %d' % self.day, rows)
 
     def text(self, awake=True, selector='off'):
         return '\n'.join(self.lines(awake, selector))
@@ -145,10 +160,12 @@ class Picture:
 
 def blank(model, awake=True):
     """The LCD before the first frame: eight lines of text."""
-    return _box(model.name + ('' if awake else ' asleep'), 'no frame yet', [''] * 6)
+    return box(model, awake, 'no frame yet', [''] * 6)
 
 
-def _box(left, right, rows):
+def box(model, awake, right, rows):
+    """A frame around six rows."""
+    left = model.name + ('' if awake else ' asleep')
     top = '+- %s %s %s -+' % (left, '-' * (WIDTH - 8 - len(left) - len(right)), right)
     body = ['| %-*s |' % (WIDTH - 4, row) for row in rows]
     return [top] + body + ['+%s+' % ('-' * (WIDTH - 2))]

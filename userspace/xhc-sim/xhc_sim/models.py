@@ -6,13 +6,12 @@ xHB04 internals"; the report descriptor, the USB descriptors and the meaning of 
 14h and 15h come from the project's protocol rulings.  Nothing here is shared with the driver.
 """
 
-VENDOR = 0x10CE
-MANUFACTURER = 'KTURT.LTD'
+from . import hands, lcd
+from .lcd import STEPS
+from .wire import CHUNK_SIZE, FEATURE_ID, MANUFACTURER, VENDOR
 
-INPUT_ID = 0x04             # input report: id, key, key, selector, wheel, day xor first key
-INPUT_SIZE = 6
-FEATURE_ID = 0x06           # feature report: id and one chunk of the display frame
-CHUNK_SIZE = 7
+__all__ = ['CHUNK_SIZE', 'FEATURE_ID', 'MANUFACTURER', 'MODELS', 'Model', 'REPORT_DESCRIPTOR',
+           'STEPS', 'VENDOR', 'get_model']
 
 # Two application collections on a vendor page: input report 4 with five data bytes, feature
 # report 6 with seven.
@@ -41,17 +40,18 @@ SELECTOR_HB04 = {
     'off': 0x00, 'x': 0x11, 'y': 0x12, 'z': 0x13, 'a': 0x18, 'spindle': 0x14, 'feed': 0x15,
 }
 
-# Low nibble of the step byte -> multiplier.  0Bh exists on the HB04, its meaning is unknown.
-STEPS = {0x0: 0, 0x1: 1, 0x2: 5, 0x3: 10, 0x4: 20, 0x5: 30, 0x6: 40, 0x7: 50, 0x8: 100,
-         0x9: 500, 0xA: 1000}
-
 
 class Model:
     """One row: everything in which the models differ."""
 
-    def __init__(self, name, product, frame_size, decimals, keys, selector, states):
+    def __init__(self, name, product, *, descriptor, input_size, packet_size, frame_size, decimals,
+                 keys, selector, states, hands, picture, blank, stream_period):
         self.name = name
         self.product = product
+        self.report_descriptor = descriptor
+        self.input_size = input_size            # bytes of an input report
+        self.packet_size = packet_size          # of the interrupt endpoint
+        self.interval = 2                       # of the interrupt endpoint, in ms
         self.frame_size = frame_size            # bytes of a display frame
         self.chunks = -(-frame_size // CHUNK_SIZE)
         self.decimals = decimals                # digits after the point on the LCD
@@ -59,7 +59,10 @@ class Model:
         self.keys = keys                        # scan code -> keycap
         self.selector = selector                # position -> code
         self.states = states                    # bit of the state byte -> word on the LCD
-        self.report_descriptor = REPORT_DESCRIPTOR
+        self.hands = hands                      # class: what is done to it -> input reports
+        self.picture = picture                  # class: a frame -> what the LCD shows
+        self.blank = blank                      # function: the LCD before the first frame
+        self.stream_period = stream_period      # seconds between reports that stream, None: none
 
     def key_code(self, text):
         """Scan code for a keycap ("Start/Pause", any case) or a number; ValueError if neither."""
@@ -93,11 +96,16 @@ def _byte(text, what):
     return value
 
 
-MODELS = {
-    'HB03': Model('HB03', 0xEB6E, 31, 2, KEYS_HB03, SELECTOR_HB03, {0x01: 'run', 0x02: 'pause'}),
-    'HB04': Model('HB04', 0xEB70, 37, 4, KEYS_HB04, SELECTOR_HB04,
-                  {0x01: 'run', 0x02: 'pause', 0x80: 'inch'}),
-}
+MODELS = {model.name: model for model in (
+    Model('HB03', 0xEB6E, descriptor=REPORT_DESCRIPTOR, input_size=6, packet_size=64,
+          frame_size=31, decimals=2, keys=KEYS_HB03, selector=SELECTOR_HB03,
+          states={0x01: 'run', 0x02: 'pause'},
+          hands=hands.Pendant, picture=lcd.Picture, blank=lcd.blank, stream_period=None),
+    Model('HB04', 0xEB70, descriptor=REPORT_DESCRIPTOR, input_size=6, packet_size=64,
+          frame_size=37, decimals=4, keys=KEYS_HB04, selector=SELECTOR_HB04,
+          states={0x01: 'run', 0x02: 'pause', 0x80: 'inch'},
+          hands=hands.Pendant, picture=lcd.Picture, blank=lcd.blank, stream_period=None),
+)}
 
 
 def get_model(name):

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """The device itself: what is pressed and turned -> input reports; feature reports -> the LCD.
 
-`Pendant` is the state machine, free of any bus.  `VirtualPendant` adds what every bus needs: the
-record of what the host sent, the faults, and somewhere to wait.  uhid.py and usb.py complete it.
+The model's row names the state machine behind the reports (`Pendant`, free of any bus) and what
+decodes a frame.  `VirtualPendant` adds what every bus needs: the record of what the host sent, the
+faults, the reports that stream, and somewhere to wait.  uhid.py and usb.py complete it.
 """
 
 import errno
@@ -10,78 +11,19 @@ import threading
 import time
 from collections import deque
 
-from .lcd import Assembler, Picture, blank
-from .models import CHUNK_SIZE, FEATURE_ID, INPUT_ID, INPUT_SIZE, get_model
+from .hands import SLEEP_REPORT, Pendant
+from .lcd import Assembler
+from .models import get_model
+from .wire import CHUNK_SIZE, FEATURE_ID
 
-SLEEP_AFTER = 30.0          # seconds without a key, then the radio goes to sleep
-SLEEP_REPORT = bytes([INPUT_ID]) + bytes(INPUT_SIZE - 1)
+__all__ = ['Fault', 'NoDevice', 'Pendant', 'SLEEP_REPORT', 'SetReport', 'VirtualPendant']
+
 FEATURE_WVALUE = 0x0300 | FEATURE_ID
 HISTORY = 8192              # feature reports and frames that are remembered
 
 
 class NoDevice(OSError):
     """This kernel lacks what the pendant would be plugged into, or we may not use it."""
-
-
-class Pendant:
-    """Two key slots, a selector, a wheel, the day last received, sleep."""
-
-    def __init__(self, model):
-        self.model = model
-        self.slots = [0, 0]
-        self.selector = 0
-        self.day = 0
-        self.awake = True
-        self.quiet_since = time.monotonic()
-
-    def report(self, wheel=0):
-        """The input report for the present state; any use of a sleeping pendant wakes it."""
-        self.awake = True
-        first, second = self.slots
-        return bytes([INPUT_ID, first, second, self.selector, wheel & 0xFF, self.day ^ first])
-
-    def press(self, code):
-        """A third key is not seen: the report has two slots."""
-        self._touched()
-        if code not in self.slots and 0 in self.slots:
-            self.slots[self.slots.index(0)] = code
-        return self.report()
-
-    def release(self, code):
-        """The other key, if one is held, moves to the first slot."""
-        self._touched()
-        held = [key for key in self.slots if key not in (0, code)]
-        self.slots = (held + [0, 0])[:2]
-        return self.report()
-
-    def select(self, code):
-        self._touched()
-        self.selector = code
-        return self.report()
-
-    def turn(self, detents):
-        if not -128 <= detents <= 127:
-            raise ValueError('the wheel reports -128..127, not %d' % detents)
-        self._touched()
-        return self.report(detents)
-
-    def sleep(self):
-        """Goes to sleep; what is held is forgotten, as by the real one."""
-        self.awake = False
-        self.slots = [0, 0]
-        return SLEEP_REPORT
-
-    def wake(self):
-        self._touched()
-        return self.report()
-
-    def sleepy(self, now=None):
-        """True once nothing has been touched for SLEEP_AFTER seconds."""
-        now = time.monotonic() if now is None else now
-        return self.awake and not any(self.slots) and now - self.quiet_since >= SLEEP_AFTER
-
-    def _touched(self):
-        self.quiet_since = time.monotonic()
 
 
 class SetReport:
@@ -137,6 +79,8 @@ class VirtualPendant:
     plug(), unplug(), report(data), and the calls of set_report().
 
     lcd           the last Picture, None before the first frame
+    seen          the Picture that the LCD shows, which is not always the last one
+    streams       False: no reports that stream, which is kinder than hardware
     set_reports   every SetReport, oldest first
     frames        (time, frame) of every whole frame
     on_frame      called with each new Picture, in the bus's thread
@@ -146,16 +90,22 @@ class VirtualPendant:
         self.model = get_model(model) if isinstance(model, str) else model
         self.report_descriptor = (self.model.report_descriptor if report_descriptor is None
                                   else bytes(report_descriptor))
-        self.pendant = Pendant(self.model)
+        self.pendant = self.model.hands(self.model)
         self.changed = threading.Condition()
         self.set_reports = deque(maxlen=HISTORY)
         self.frames = deque(maxlen=HISTORY)
         self.frame_count = 0
         self.assembler = Assembler(self.model)
         self.lcd = None
+        self.seen = None
         self.on_frame = None
         self.plugged = False
+        self.streams = True
         self._fault = Fault()
+        self._heard = None          # the last Picture that got as far as the LCD
+        self._marks = ()            # what the LCD shows of the pendant's own state
+        self._moving = threading.RLock()    # reports leave in the order in which they were made
+        self._streamer = None
 
     # --- faults ---------------------------------------------------------------------------
 
@@ -204,8 +154,11 @@ class VirtualPendant:
         frame = self.assembler.feed(data[1:])
         if frame is None:
             return None
-        self.lcd = Picture(self.model, frame)
-        self.pendant.day = self.lcd.day
+        self.lcd = self.model.picture(self.model, frame)
+        self.pendant.receive(self.lcd)
+        if self.pendant.hears():
+            self._heard = self.lcd
+        self._refresh()
         self.frames.append((time.monotonic(), frame))
         self.frame_count += 1
         return self.lcd
@@ -221,25 +174,80 @@ class VirtualPendant:
     def report(self, data):
         raise NotImplementedError
 
+    def pending(self):
+        """How many input reports the host has not fetched yet, as far as is known."""
+        return 0
+
     # --- hands ----------------------------------------------------------------------------
 
     def press(self, code):
-        self.report(self.pendant.press(code))
+        self._move(self.pendant.press, code)
 
     def release(self, code):
-        self.report(self.pendant.release(code))
+        self._move(self.pendant.release, code)
 
     def select(self, code):
-        self.report(self.pendant.select(code))
+        self._move(self.pendant.select, code)
 
     def turn(self, detents):
-        self.report(self.pendant.turn(detents))
+        self._move(self.pendant.turn, detents)
 
     def sleep(self):
-        self.report(self.pendant.sleep())
+        with self._moving:
+            self.report(self.pendant.sleep())
+            for data in self.pendant.after_sleep():
+                self.report(data)
+        self._moved()
 
     def wake(self):
-        self.report(self.pendant.wake())
+        self._move(self.pendant.wake)
+
+    def _move(self, move, *arguments):
+        with self._moving:
+            self.report(move(*arguments))
+        self._moved()
+
+    def _moved(self):
+        with self.changed:
+            self._refresh()
+            self.changed.notify_all()
+
+    # --- what goes on without hands -------------------------------------------------------
+
+    def power_on(self):
+        """For the bus, before the host sees the pendant."""
+        with self.changed:
+            if self.pendant.power_on():
+                self._heard = self.seen = None
+
+    def start_stream(self):
+        """For the bus, once the pendant is plugged in."""
+        if self.model.stream_period:
+            self._streamer = threading.Thread(target=self._stream, daemon=True)
+            self._streamer.start()
+
+    def _stream(self):
+        """Sends the reports that stream, until the pendant is unplugged."""
+        def ended():
+            return not self.plugged or self._streamer is not threading.current_thread()
+
+        while True:
+            with self.changed:
+                self.changed.wait_for(
+                    lambda: ended() or self.streams and self.pendant.streaming())
+            if ended():
+                return
+            with self._moving:
+                if self.pendant.streaming() and not self.pending():
+                    try:
+                        self.report(self.pendant.report())
+                    except OSError:
+                        pass                # unplugged meanwhile
+            time.sleep(self.model.stream_period)
+
+    def _refresh(self):
+        if self.pendant.refreshes():
+            self.seen, self._marks = self._heard, self.pendant.marks()
 
     # --- waiting --------------------------------------------------------------------------
 
@@ -254,7 +262,7 @@ class VirtualPendant:
 
     def screen(self):
         """The LCD as lines of text."""
-        if self.lcd is None:
-            return blank(self.model, self.pendant.awake)
-        return self.lcd.lines(self.pendant.awake,
-                              self.model.selector_name(self.pendant.selector))
+        self._refresh()
+        if self.seen is None:
+            return self.model.blank(self.model, self.pendant.awake)
+        return self.seen.lines(self.pendant.awake, *self._marks)

@@ -14,8 +14,8 @@ import select
 import struct
 import threading
 
-from .models import MANUFACTURER, VENDOR
 from .pendant import NoDevice, VirtualPendant
+from .wire import MANUFACTURER, VENDOR
 
 UHID = '/dev/uhid'
 EVENT_SIZE = 4380                       # sizeof(struct uhid_event)
@@ -69,6 +69,7 @@ class UhidPendant(VirtualPendant):
             fd = os.open(UHID, os.O_RDWR | os.O_NONBLOCK | os.O_CLOEXEC)
         except OSError as error:
             raise NoDevice(error.errno, os.strerror(error.errno), UHID) from None
+        self.power_on()
         try:
             os.write(fd, self.create_event())
         except OSError:
@@ -87,6 +88,7 @@ class UhidPendant(VirtualPendant):
             for each in (fd, wake, self._stop):
                 os.close(each)
             raise OSError(errno.ENOMEM, str(error)) from None
+        self.start_stream()
 
     def unplug(self):
         """The device goes, whatever it was doing."""

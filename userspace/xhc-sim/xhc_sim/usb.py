@@ -21,8 +21,8 @@ import struct
 import threading
 import time
 
-from .models import INPUT_ID, INPUT_SIZE, MANUFACTURER, VENDOR
 from .pendant import NoDevice, VirtualPendant
+from .wire import INPUT_ID, MANUFACTURER, VENDOR
 
 VHCI = '/sys/devices/platform/vhci_hcd.0'
 FULL_SPEED = 2
@@ -37,8 +37,6 @@ UNLINKED = struct.Struct('>IIIIIi24x')      # ... status
 SETUP = struct.Struct('<BBHHH')             # bmRequestType, bRequest, wValue, wIndex, wLength
 
 ENDPOINT_IN = 0x81
-PACKET_SIZE = 64
-INTERVAL = 2
 
 
 def usb_string(text):
@@ -60,7 +58,8 @@ class UsbDevice(VirtualPendant):
         report = self.report_descriptor
         hid = struct.pack('<BBHBBBH', 9, 0x21, 0x0110, 0, 1, 0x22, len(report))
         interface = bytes([9, 4, 0, 0, 1, 3, 0, 0, 0])
-        endpoint = struct.pack('<BBBBHB', 7, 5, ENDPOINT_IN, 3, PACKET_SIZE, INTERVAL)
+        endpoint = struct.pack('<BBBBHB', 7, 5, ENDPOINT_IN, 3,
+                               self.model.packet_size, self.model.interval)
         body = interface + hid + endpoint
         self.endpoint_descriptor = endpoint
         self.descriptors = {
@@ -92,7 +91,7 @@ class UsbDevice(VirtualPendant):
         if kind == 0x21 and request in (0x0A, 0x0B):
             return b''                      # SET_IDLE, SET_PROTOCOL
         if kind == 0xA1 and request == 1 and value == 0x0100 | INPUT_ID:
-            return self.pendant.report()[:INPUT_SIZE]
+            return self.pendant.report()[:self.model.input_size]
         return None
 
     @staticmethod
@@ -134,6 +133,7 @@ class UsbPendant(UsbDevice):
             return
         if not os.path.exists(VHCI + '/attach'):
             raise NoDevice(errno.ENODEV, 'no vhci_hcd: modprobe vhci-hcd')
+        self.power_on()
         ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_STREAM)
         with theirs:
             self.port = self._attach(theirs, time.monotonic() + timeout)
@@ -144,6 +144,7 @@ class UsbPendant(UsbDevice):
         self.polled.clear()
         self.plugged = True
         threading.Thread(target=self._serve, args=(ours,), daemon=True).start()
+        self.start_stream()
 
     @staticmethod
     def _attach(end, deadline):

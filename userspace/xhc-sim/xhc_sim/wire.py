@@ -1,0 +1,9 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""What all models have in common on the wire."""
+
+VENDOR = 0x10CE
+MANUFACTURER = 'KTURT.LTD'
+
+INPUT_ID = 0x04             # input report
+FEATURE_ID = 0x06           # feature report: id and one chunk of the display frame
+CHUNK_SIZE = 7
