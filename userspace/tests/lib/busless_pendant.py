@@ -12,7 +12,7 @@ sys.path.insert(0, PRODUCT)
 
 from xhc_sim import models, pendant  # noqa: E402
 
-HB03, HB04 = models.MODELS['HB03'], models.MODELS['HB04']
+HB03, HB04, WHB04B = (models.MODELS[name] for name in ('HB03', 'HB04', 'WHB04B'))
 
 
 def frame(model, coordinates=None, numbers=(0, 0, 0, 0), day=22, step=0, state=0):
@@ -24,24 +24,40 @@ def frame(model, coordinates=None, numbers=(0, 0, 0, 0), day=22, step=0, state=0
     return data.ljust(model.chunks * 7, b'\0')
 
 
+def whb04b_frame(rows=((0, 0),) * 3, overrides=(0, 0), seed=0xFE, flags=0):
+    """The same for the WHB04B; rows: (integer, raw fraction) x 3"""
+    data = bytes([0xFE, 0xFD, seed, flags])
+    for whole, fraction in rows:
+        data += struct.pack('<HH', whole, fraction)
+    return data + struct.pack('<HHB', *overrides, 0)
+
+
 def chunks(data):
     return [data[at:at + 7] for at in range(0, len(data), 7)]
 
 
 class Bench(pendant.VirtualPendant):
-    """A pendant on no bus: keeps its input reports."""
+    """A pendant on no bus: keeps its input reports.
+
+    It is kinder than hardware: no reports stream, unless a test sets `streams`.
+    """
 
     phys = 'bench'
 
     def __init__(self, model='HB04'):
         super().__init__(model)
+        self.streams = False
         self.reports = []
 
     def plug(self):
+        self.power_on()
         self.plugged = True
+        self.start_stream()
 
     def unplug(self):
-        self.plugged = False
+        with self.changed:
+            self.plugged = False
+            self.changed.notify_all()
 
     def report(self, data):
         if not self.plugged:

@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """What differs between the pendant models: one table.
 
-Key codes, selector codes and the display frame's layout come from the seed document "XHC xHB03 &
-xHB04 internals"; the report descriptor, the USB descriptors and the meaning of the selector codes
-14h and 15h come from the project's protocol rulings.  Nothing here is shared with the driver.
+HB03 and HB04: key codes, selector codes and the display frame's layout come from the seed document
+"XHC xHB03 & xHB04 internals"; the report descriptor, the USB descriptors and the meaning of the
+selector codes 14h and 15h come from the project's protocol rulings.  WHB04B: all of it comes from
+the rulings, which rest on programs that run on real units.  Nothing here is shared with the driver.
 """
 
-from . import hands, lcd
+from . import hands, lcd, whb04b
 from .lcd import STEPS
 from .wire import CHUNK_SIZE, FEATURE_ID, MANUFACTURER, VENDOR
 
@@ -18,6 +19,10 @@ __all__ = ['CHUNK_SIZE', 'FEATURE_ID', 'MANUFACTURER', 'MODELS', 'Model', 'REPOR
 REPORT_DESCRIPTOR = bytes.fromhex(
     '06 00 FF 09 01 A1 01 85 04 09 01 15 00 26 FF 00 95 05 75 08 81 02 C0'
     '06 00 FF 09 01 A1 01 85 06 09 01 15 00 26 FF 00 95 07 75 08 B1 06 C0')
+# The same shape with seven input data bytes, and FF00h for the logical maximum.
+REPORT_DESCRIPTOR_WHB04B = bytes.fromhex(
+    '06 00 FF 09 01 A1 01 85 04 09 01 15 00 26 00 FF 75 08 95 07 81 02 C0'
+    '06 00 FF 09 01 A1 01 85 06 09 01 15 00 26 00 FF 75 08 95 07 B1 06 C0')
 
 KEYS_HB03 = {
     0x17: 'Yes', 0x16: 'No', 0x01: 'Stop', 0x02: 'Start/Pause', 0x03: 'Rewind', 0x04: 'Probe-Z',
@@ -32,6 +37,13 @@ KEYS_HB04 = {
     0x0E: 'MPG/MODE', 0x0F: 'Macro 6', 0x10: 'Macro 7',
 }
 
+KEYS_WHB04B = {
+    0x01: 'Reset', 0x02: 'Stop', 0x03: 'Start/Pause', 0x04: 'Feed+', 0x05: 'Feed-',
+    0x06: 'Spindle+', 0x07: 'Spindle-', 0x08: 'M-Home', 0x09: 'Safe-Z', 0x0A: 'W-Home',
+    0x0B: 'Spindle on/off', 0x0C: 'Fn', 0x0D: 'Probe-Z', 0x0E: 'Continuous/MPG', 0x0F: 'Step',
+    0x10: 'Macro 10',
+}
+
 # The rotary switch.  Order: as it is turned clockwise from "off".
 SELECTOR_HB03 = {
     'off': 0x00, 'x': 0x11, 'y': 0x12, 'z': 0x13, 'feed': 0x14, 'spindle': 0x15, 'speed': 0x18,
@@ -40,12 +52,22 @@ SELECTOR_HB04 = {
     'off': 0x00, 'x': 0x11, 'y': 0x12, 'z': 0x13, 'a': 0x18, 'spindle': 0x14, 'feed': 0x15,
 }
 
+SELECTOR_WHB04B = {
+    'off': 0x06, 'x': 0x11, 'y': 0x12, 'z': 0x13, 'a': 0x14, 'b': 0x15, 'c': 0x16,
+}
+
+# The second rotary switch of the WHB04B, by what it means in any mode but "step".
+FEED_WHB04B = {
+    '2%': 0x0D, '5%': 0x0E, '10%': 0x0F, '30%': 0x10, '60%': 0x1A, '100%': 0x1B,
+    'lead': whb04b.LEAD,
+}
+
 
 class Model:
     """One row: everything in which the models differ."""
 
     def __init__(self, name, product, *, descriptor, input_size, packet_size, frame_size, decimals,
-                 keys, selector, states, hands, picture, blank, stream_period):
+                 keys, selector, feed, states, hands, picture, blank, stream_period):
         self.name = name
         self.product = product
         self.report_descriptor = descriptor
@@ -58,6 +80,7 @@ class Model:
         self.fraction_size = 1 if decimals == 2 else 2
         self.keys = keys                        # scan code -> keycap
         self.selector = selector                # position -> code
+        self.feed = feed                        # position of the second rotary -> code
         self.states = states                    # bit of the state byte -> word on the LCD
         self.hands = hands                      # class: what is done to it -> input reports
         self.picture = picture                  # class: a frame -> what the LCD shows
@@ -72,6 +95,14 @@ class Model:
                 return code
         return _byte(text, 'key')
 
+    def key_codes(self, text):
+        """Scan codes for a key, or for one with Fn: "Fn+Stop"; ValueError if there is none."""
+        first, plus, second = text.partition('+')
+        fn = [code for code, name in self.keys.items() if name == 'Fn']
+        if fn and plus and first.strip().lower() == 'fn':
+            return fn + [self.key_code(second)]
+        return [self.key_code(text)]
+
     def selector_code(self, text):
         """Code for a selector position or a number; ValueError if neither."""
         wanted = text.strip().lower()
@@ -80,10 +111,26 @@ class Model:
         return _byte(text, 'selector position')
 
     def selector_name(self, code):
-        for name, known in self.selector.items():
-            if known == code:
-                return name
-        return '0x%02x' % code
+        return _name(self.selector, code)
+
+    def feed_code(self, text):
+        """Code for a position of the second rotary or a number; ValueError if neither."""
+        if not self.feed:
+            raise ValueError('the %s has no second rotary' % self.name)
+        wanted = text.strip().lower()
+        if wanted in self.feed:
+            return self.feed[wanted]
+        return _byte(text, 'position of the second rotary')
+
+    def feed_name(self, code):
+        return _name(self.feed, code)
+
+
+def _name(table, code):
+    for name, known in table.items():
+        if known == code:
+            return name
+    return '0x%02x' % code
 
 
 def _byte(text, what):
@@ -98,13 +145,17 @@ def _byte(text, what):
 
 MODELS = {model.name: model for model in (
     Model('HB03', 0xEB6E, descriptor=REPORT_DESCRIPTOR, input_size=6, packet_size=64,
-          frame_size=31, decimals=2, keys=KEYS_HB03, selector=SELECTOR_HB03,
+          frame_size=31, decimals=2, keys=KEYS_HB03, selector=SELECTOR_HB03, feed={},
           states={0x01: 'run', 0x02: 'pause'},
           hands=hands.Pendant, picture=lcd.Picture, blank=lcd.blank, stream_period=None),
     Model('HB04', 0xEB70, descriptor=REPORT_DESCRIPTOR, input_size=6, packet_size=64,
-          frame_size=37, decimals=4, keys=KEYS_HB04, selector=SELECTOR_HB04,
+          frame_size=37, decimals=4, keys=KEYS_HB04, selector=SELECTOR_HB04, feed={},
           states={0x01: 'run', 0x02: 'pause', 0x80: 'inch'},
           hands=hands.Pendant, picture=lcd.Picture, blank=lcd.blank, stream_period=None),
+    Model('WHB04B', 0xEB93, descriptor=REPORT_DESCRIPTOR_WHB04B, input_size=8, packet_size=8,
+          frame_size=21, decimals=4, keys=KEYS_WHB04B, selector=SELECTOR_WHB04B, feed=FEED_WHB04B,
+          states={}, hands=whb04b.Pendant, picture=whb04b.Picture, blank=whb04b.blank,
+          stream_period=whb04b.STREAM_PERIOD),
 )}
 
 

@@ -189,6 +189,10 @@ class VirtualPendant:
     def select(self, code):
         self._move(self.pendant.select, code)
 
+    def turn_feed(self, code):
+        """Turns the second rotary; not on a model without one."""
+        self._move(self.pendant.turn_feed, code)
+
     def turn(self, detents):
         self._move(self.pendant.turn, detents)
 
@@ -224,7 +228,11 @@ class VirtualPendant:
         """For the bus, once the pendant is plugged in."""
         if self.model.stream_period:
             self._streamer = threading.Thread(target=self._stream, daemon=True)
-            self._streamer.start()
+            try:
+                self._streamer.start()
+            except RuntimeError as error:       # no memory for a thread
+                self.unplug()
+                raise OSError(errno.ENOMEM, str(error)) from None
 
     def _stream(self):
         """Sends the reports that stream, until the pendant is unplugged."""
