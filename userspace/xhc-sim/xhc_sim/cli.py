@@ -18,7 +18,8 @@ SCHEMA = 1                  # of the JSON objects; grows when a member changes o
 EPILOG_TAIL = """
 Coordinates compare by value ("expect work_x -220.334"); the other fields of "expect" are
 the names of the driver's dro/ attributes and: position step_code faults frames awake
-selector model.  # begins a comment.
+selector model, and of the WHB04B: rows flags seed feed (the second rotary).
+# begins a comment.
 
 exit status: 0 success, 1 something failed, 2 wrong usage or script, 3 no /dev/uhid or vhci_hcd
 """
@@ -28,11 +29,11 @@ def make_parser():
     commands = '\n'.join('  %-29s %s' % row for row in COMMANDS)
     parser = argparse.ArgumentParser(
         prog='xhc-sim', formatter_class=argparse.RawDescriptionHelpFormatter,
-        description='A virtual XHC HB03 or HB04 pendant: the kernel sees the real report\n'
-                    'descriptor, you see the LCD and work keys, wheel and selector.',
+        description='A virtual XHC HB03, HB04 or WHB04B pendant: the kernel sees the real\n'
+                    'report descriptor, you see the LCD and work keys, wheel and selector.',
         epilog='script commands:\n' + commands + '\n' + EPILOG_TAIL)
     parser.add_argument('-m', '--model', default='HB04', metavar='MODEL',
-                        help='HB03 or HB04 (default)')
+                        help='HB03, HB04 (default) or WHB04B')
     parser.add_argument('-u', '--usb', action='store_true',
                         help='plug into vhci_hcd (a USB device) instead of /dev/uhid')
     parser.add_argument('-s', '--script', metavar='FILE',
@@ -42,7 +43,7 @@ def make_parser():
     parser.add_argument('-t', '--timeout', type=int, default=2000, metavar='MS',
                         help='how long "expect" waits (default 2000)')
     parser.add_argument('-k', '--list-keys', action='store_true',
-                        help="print the model's key codes and selector codes, and exit")
+                        help="print the model's key codes and rotary codes, and exit")
     parser.add_argument('-V', '--version', action='version', version='xhc-sim ' + VERSION)
     return parser
 
@@ -54,6 +55,10 @@ def list_keys(model):
     print('%s selector' % model.name)
     for name, code in model.selector.items():
         print('  0x%02x  %s' % (code, name))
+    if model.feed:
+        print('%s second rotary' % model.name)
+        for name, code in model.feed.items():
+            print('  0x%02x  %s' % (code, name))
 
 
 def make_device(options, model):
@@ -90,7 +95,7 @@ def json_line(kind, device, picture):
 def run_script(options, device, text, name):
     def show():
         if options.json:
-            json_line('lcd', device, device.lcd)
+            json_line('lcd', device, device.seen)
         else:
             print('\n'.join(device.screen()), flush=True)
 

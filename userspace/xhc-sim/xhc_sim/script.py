@@ -3,13 +3,17 @@
 
 import time
 
-from .lcd import COORDINATES, NUMBERS, normal_number
+from .lcd import normal_number
+from .models import MODELS
 from .pendant import Fault
+from .whb04b import LEAD, LEAD_ON_OTHERS
 
 # The table that --help prints and that the manual page describes.
 COMMANDS = (
-    ('key NAME|CODE down|up|press', 'hold a key, let it go, or both (keycap or 0x01..0xff)'),
-    ('select POSITION|CODE', 'turn the selector: off x y z a feed spindle speed, or 0x11'),
+    ('key NAME|CODE down|up|press', 'hold a key, let it go, or both (keycap, Fn+keycap, or 0x17)'),
+    ('select POSITION|CODE', 'turn the selector: off x y z a b c feed spindle speed, or 0x11'),
+    ('feed POSITION|CODE', 'turn the second rotary: 2% 5% 10% 30% 60% 100% lead, or 0x0d'),
+    ('lead CODE', 'the code that this unit has for Lead: 0x1c or 0x9b'),
     ('wheel COUNT', 'turn the wheel by COUNT detents in one report, -128..127'),
     ('sleep, wake', 'let the pendant fall asleep, wake it'),
     ('report HEX', 'send these bytes as an input report, whatever they are'),
@@ -23,9 +27,19 @@ COMMANDS = (
 )
 
 PRESS_TIME = 0.02           # seconds between down and up of a "press"
-EXPECT_FIELDS = COORDINATES + NUMBERS + (
-    'position', 'step', 'step_code', 'icon', 'state', 'day', 'faults', 'frames', 'awake',
-    'selector', 'model')
+PENDANT_FIELDS = ('frames', 'awake', 'selector', 'model')
+PICTURES = tuple({model.picture: None for model in MODELS.values()})
+POSITIONS = {name for picture in PICTURES for name in picture.POSITIONS}
+GROUPS = {picture.GROUP: picture.POSITIONS for picture in PICTURES}     # positions, all as one
+
+
+def expect_fields(model):
+    """What can be expected of a model."""
+    return model.picture.FIELDS + PENDANT_FIELDS + (('feed',) if model.feed else ())
+
+
+EXPECT_FIELDS = tuple(dict.fromkeys(
+    name for model in MODELS.values() for name in expect_fields(model)))
 
 
 class ScriptError(Exception):
@@ -89,25 +103,45 @@ class Runner:
     def _parse_key(self, arguments):
         if len(arguments) < 2 or arguments[-1] not in ('down', 'up', 'press'):
             raise ValueError('key NAME|CODE down|up|press')
-        code = self.device.model.key_code(' '.join(arguments[:-1]))
-        if code == 0:
+        codes = self.device.model.key_codes(' '.join(arguments[:-1]))
+        if 0 in codes:
             raise ValueError('key code 0 means "no key"')
         action = arguments[-1]
         if action == 'down':
-            return lambda: self.device.press(code)
+            return lambda: self._down(codes)
         if action == 'up':
-            return lambda: self.device.release(code)
-        return lambda: self._press(code)
+            return lambda: self._up(codes)
+        return lambda: self._press(codes)
 
-    def _press(self, code):
-        self.device.press(code)
+    def _down(self, codes):
+        for code in codes:
+            self.device.press(code)
+
+    def _up(self, codes):
+        for code in reversed(codes):
+            self.device.release(code)
+
+    def _press(self, codes):
+        self._down(codes)
         time.sleep(PRESS_TIME)
-        self.device.release(code)
+        self._up(codes)
 
     def _parse_select(self, arguments):
         _count(arguments, 1)
         code = self.device.model.selector_code(arguments[0])
         return lambda: self.device.select(code)
+
+    def _parse_feed(self, arguments):
+        _count(arguments, 1)
+        code = self.device.model.feed_code(arguments[0])
+        return lambda: self.device.turn_feed(code)
+
+    def _parse_lead(self, arguments):
+        _count(arguments, 1)
+        code = self.device.model.feed_code(arguments[0])
+        if code not in (LEAD, LEAD_ON_OTHERS):
+            raise ValueError('lead %#04x|%#04x' % (LEAD, LEAD_ON_OTHERS))
+        return lambda: setattr(self.device.pendant, 'lead', code)
 
     def _parse_wheel(self, arguments):
         _count(arguments, 1)
@@ -181,8 +215,9 @@ class Runner:
     # --- expectations ---------------------------------------------------------------------
 
     def _parse_expect(self, arguments):
-        if len(arguments) < 2 or arguments[0] not in EXPECT_FIELDS:
-            raise ValueError('expect FIELD VALUE; fields: %s' % ' '.join(EXPECT_FIELDS))
+        fields = expect_fields(self.device.model)
+        if len(arguments) < 2 or arguments[0] not in fields:
+            raise ValueError('expect FIELD VALUE; fields: %s' % ' '.join(fields))
         field, wanted = arguments[0], ' '.join(arguments[1:])
         self._comparable(field, wanted)         # ValueError for a value that can never match
         return lambda: self._expect(field, wanted)
@@ -205,25 +240,27 @@ class Runner:
             return 'yes' if device.pendant.awake else 'no'
         if field == 'selector':
             return device.model.selector_name(device.pendant.selector)
+        if field == 'feed':
+            return device.model.feed_name(device.pendant.feed)
         if field == 'model':
             return device.model.name
-        if device.lcd is None:
+        if device.seen is None:
             return None
-        fields = device.lcd.as_dict()
-        if field == 'position':
-            return ' '.join(fields[name] for name in COORDINATES)
+        fields = device.seen.as_dict()
+        if field in GROUPS:
+            return ' '.join(fields[name] for name in GROUPS[field])
         if field == 'faults':
             return ', '.join(fields['faults']) or 'none'
         return str(fields[field])
 
     @staticmethod
     def _comparable(field, text):
-        if field in COORDINATES:
+        if field in POSITIONS:
             return normal_number(text)
-        if field == 'position':
+        if field in GROUPS:
             values = [normal_number(word) for word in text.split()]
-            if len(values) != len(COORDINATES):
-                raise ValueError('position: six values')
+            if len(values) != len(GROUPS[field]):
+                raise ValueError('%s: %d values' % (field, len(GROUPS[field])))
             return values
         if field == 'state':
             return sorted(text.lower().split('+'))

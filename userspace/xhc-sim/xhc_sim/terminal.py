@@ -22,6 +22,7 @@ KEYS = {
     '\x1b[6~': ('wheel', 10), '\x1b[5~': ('wheel', -10),
     '\x1b[A': ('select', 1), '\x1b[B': ('select', -1),
     '\x1bOA': ('select', 1), '\x1bOB': ('select', -1),
+    '+': ('feed', 1), '=': ('feed', 1), '-': ('feed', -1),
     's': ('sleep', 0), 'u': ('cable', 0), '!': ('fault', 0), 'q': ('quit', 0), '\x03': ('quit', 0),
 }
 HELP = (
@@ -102,7 +103,9 @@ class Terminal:
                 self.detents += amount
                 device.turn(amount)
             elif what == 'select':
-                device.select(self._next_position(amount))
+                device.select(next_code(device.model.selector, device.pendant.selector, amount))
+            elif what == 'feed':
+                self._turn_feed(amount)
             elif what == 'sleep':
                 device.sleep() if device.pendant.awake else device.wake()
             else:
@@ -117,11 +120,10 @@ class Terminal:
         else:
             self.device.plug()
 
-    def _next_position(self, step):
-        codes = list(self.device.model.selector.values())
-        here = self.device.pendant.selector
-        index = codes.index(here) if here in codes else 0
-        return codes[max(0, min(len(codes) - 1, index + step))]
+    def _turn_feed(self, step):
+        model, pendant = self.device.model, self.device.pendant
+        if model.feed:
+            self.device.turn_feed(next_code(model.feed, pendant.feed, step))
 
     def _cap(self, key):
         code = self.caps[key.lower()]
@@ -156,17 +158,15 @@ class Terminal:
         lines = ['xhc-sim   %s 10ce:%04x   %s' % (model.name, model.product, self._whereabouts()),
                  '']
         lines += ['    ' + line for line in device.screen()]
-        lines += ['', 'selector  ' + self._selector(), 'wheel     %+d' % self.detents, '']
+        lines += ['', 'selector  ' + positions(model.selector, device.pendant.selector)]
+        if model.feed:
+            lines.append('-/+       ' + positions(model.feed, device.pendant.feed))
+        lines += ['wheel     %+d' % self.detents, '']
         lines += self._key_rows()
         lines += ['', 'frames %d   fault %s   %s' % (device.frame_count, device.fault,
                                                       self.message)]
         lines += HELP
         return [line[:WIDTH] for line in lines]
-
-    def _selector(self):
-        here = self.device.pendant.selector
-        return ' '.join(('[%s]' if code == here else ' %s ') % name
-                        for name, code in self.device.model.selector.items())
 
     def _key_rows(self):
         """The keys, column by column; a held one in brackets."""
@@ -191,6 +191,18 @@ class Terminal:
         data = text.encode()
         while data:
             data = data[os.write(self.sink, data):]
+
+
+def positions(rotary, here):
+    """The positions of a rotary switch; the one where it is in brackets."""
+    return ' '.join(('[%s]' if code == here else ' %s ') % name for name, code in rotary.items())
+
+
+def next_code(rotary, here, step):
+    """The code of a rotary switch that is turned, up to its ends."""
+    codes = list(rotary.values())
+    index = codes.index(here) if here in codes else 0
+    return codes[max(0, min(len(codes) - 1, index + step))]
 
 
 def whereabouts(phys):
