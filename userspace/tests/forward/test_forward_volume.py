@@ -13,7 +13,7 @@ import time
 import pytest
 import forward_rig
 from forward_rig import ARRANGEMENTS, Case
-from kernel import write_file
+from kernel import wait, write_file
 
 LINE_SCANS = 2000000        # for each number of lines and bits: where SYNC is a line,
 CS_SCANS = 300000           # and where it is the chip select
@@ -59,20 +59,23 @@ class TestVolume(Case):
         received = forward.sim_number('stats', 'scans')
         forward.record(scans + 1)
         stream = forward.stream()
+        written = 0
         for at in range(0, len(data), len(data) // 4):
             stream.write_all(data[at:at + len(data) // 4],
                              lambda: one * dice.choice((1, 255, 257, 4000, 20000, 20000, 100000)))
             write_file(forward.head + 'calibrate', 'x')
+            written += 1
         stream.finish()
+        # the end of the stream does not wait for the last command
+        assert wait(lambda: forward.number('commands') - commands == written)
         got = forward.recorded()
         if got != data:     # assert would print both
             pytest.fail(self.difference(forward, got, data))
         # what came twice in a row is not in the record, but the head has counted it
         repeated = forward.number('repeated') - repeated
-        commands = forward.number('commands') - commands
         assert forward.sim_number('stats', 'scans') - received == scans + repeated
-        assert forward.number('scans') - sent == scans + repeated + commands
-        return commands
+        assert forward.number('scans') - sent == scans + repeated + written
+        return written
 
     @pytest.mark.parametrize('bits', (24, 32))
     @pytest.mark.parametrize('lines, framing, cs_word', ARRANGEMENTS)

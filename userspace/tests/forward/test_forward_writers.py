@@ -218,7 +218,8 @@ class TestTwoHeads(Case):
         for number, (forward, stream) in enumerate(zip(both, streams)):
             stream.finish()
             assert forward.recorded() == scans(1 + number * 100000, 20000)
-            assert forward.sim_number('stats', 'commands') == 10
+            # the end of the stream does not wait for the last command
+            assert wait(lambda head=forward: head.sim_number('stats', 'commands') == 10)
             assert forward.bad_frames() == []
 
     def test_one_goes(self):
