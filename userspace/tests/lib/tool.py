@@ -3,9 +3,11 @@
 
 import json
 import os
+import select
 import signal
 import subprocess
 import sys
+import time
 
 import jsonschema
 
@@ -14,6 +16,7 @@ BUILD = os.path.realpath(os.path.join(HERE, '..', '..', '..', 'build'))
 TOOLS = os.environ.get('TOOLS', '')
 SOURCE = os.path.join(HERE, '..', '..', 'tools')
 OK, FAILURE, USAGE, NO_DEVICE = range(4)
+PATIENCE = 60           # seconds; reached only in failure
 
 
 def build(name, flags, *goals):
@@ -68,17 +71,32 @@ class Running:
 
     def __init__(self, tool, words, **options):
         self.process = subprocess.Popen([tool.path, *words], stdout=subprocess.PIPE,
-                                        stderr=subprocess.PIPE, text=True, **options)
+                                        stderr=subprocess.PIPE, **options)
+        self.rest = b''             # of its output, behind the last line that was read
+
+    def _read_line(self):
+        """-> the next line with its end, '' at the end of the output"""
+        deadline = time.monotonic() + PATIENCE
+        while b'\n' not in self.rest:
+            left = max(0, deadline - time.monotonic())
+            assert select.select([self.process.stdout], [], [], left)[0], \
+                'no further line in %d s' % PATIENCE
+            data = os.read(self.process.stdout.fileno(), 65536)
+            if not data:
+                break
+            self.rest += data
+        line, newline, self.rest = self.rest.partition(b'\n')
+        return (line + newline).decode()
 
     def line(self):
-        """The next one, which must come"""
-        return self.process.stdout.readline().rstrip('\n')
+        """The next one, which must come; '' at the end of the output"""
+        return self._read_line().rstrip('\n')
 
     def until(self, wanted):
         """-> the lines up to the first that has `wanted` in it"""
         lines = []
         while not lines or wanted not in lines[-1]:
-            line = self.process.stdout.readline()
+            line = self._read_line()
             if not line:
                 raise AssertionError('no %r in %r; %s' % (wanted, lines, self.end()))
             lines.append(line.rstrip('\n'))
@@ -91,7 +109,7 @@ class Running:
     def end(self, timeout=60):
         """-> (status, rest of the output, words on standard error)"""
         output, errors = self.process.communicate(timeout=timeout)
-        return self.process.returncode, output, errors
+        return self.process.returncode, (self.rest + output).decode(), errors.decode()
 
     def close(self):
         if self.process.poll() is None:

@@ -4,6 +4,7 @@ the head has seen.
 """
 
 import array
+import glob
 import math
 import os
 import pty
@@ -113,6 +114,15 @@ class TestTelling(Case):
         assert wait(lambda: all(
             head_rig.error_name(read_file, forward.head + name) is None and
             read_file(forward.head + name) == text for name, text in last.items()), LIMIT)
+        assert wait(lambda: {'head', 'dac_x', 'dac_y'} <= self.thermometers(forward), LIMIT)
+
+    def thermometers(self, forward):
+        """-> their labels; a worker registers the device, and anew when there are more of them"""
+        try:
+            return {read_file(path).rstrip('\n')
+                    for path in glob.glob(forward.head + 'hwmon*/temp*_label')}
+        except OSError:
+            return set()
 
     def test_list_and_show(self):
         forward = self.head(4, 'line')
