@@ -62,6 +62,8 @@ def check_layout(pendant, name, keys):
     settle()
     pendant.open()                      # its capabilities may have changed
     properties = command('udevadm', 'info', '--query=property', pendant.node).splitlines()
+    assert not [line for line in properties if re.match('CURRENT_TAGS=.*:power-switch:', line)]
+    assert not [line for line in properties if re.match('ID_INPUT_KEY', line)], 'it is a keyboard'
     assert [line for line in properties if line.startswith('XHC_LAYOUT')] == \
         (['XHC_LAYOUT=' + name] if name else [])
     assert 'ID_INPUT_JOYSTICK=1' in properties, 'it is no joystick any more'

@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""udev's view of a pendant in every keycap layout: neither a keyboard nor a power switch, and open
+for the group dialout only.
+"""
+
+import contextlib
+import os
+import subprocess
+
+import evdev
+import pytest
+
+import rig
+import udevd
+from evdev import ecodes
+from kernel import is_loaded, load_module, wait
+from xhcctl_tool import LAYOUTS, environment, run
+
+LIMIT = 60
+DIALOUT = 20
+ETC = '/etc/udev'
+OWN_ENTRY = ETC + '/hwdb.d/62-own.hwdb'
+# what systemd-logind, a desktop and the kernel act upon
+OWN_KEYS = {0x01: 'power', 0x02: 'power2', 0x03: 'sleep', 0x04: 'suspend', 0x05: 'a',
+            0x06: 'leftctrl', 0x07: 'capslock', 0x08: 'numlock', 0x09: 'mute', 0x0A: 'playpause',
+            0x17: 'restart'}
+CHOICES = {'default': 'HB04', 'hb03': 'HB03', 'hb04-16': 'HB04', 'hb04-18': 'HB04', 'own': 'HB04'}
+
+
+@pytest.fixture(scope='module', autouse=True)
+def machine():
+    """The guest's root is read-only: /etc/udev is a folder in memory, as after an installation."""
+    rig.load()
+    if not is_loaded('joydev'):
+        load_module(os.environ['JOYDEV_MODULE'])
+    subprocess.run(['mount', '-t', 'tmpfs', 'tmpfs', ETC], check=True)
+    os.mkdir(ETC + '/hwdb.d')
+    with udevd.running():
+        yield
+    subprocess.run(['umount', '-l', ETC], check=True)
+
+
+def udev(*words):
+    subprocess.run(words, env=udevd.ENVIRONMENT, check=True)
+
+
+def trigger(node, action='change'):
+    udev('udevadm', 'trigger', '--action=' + action, node)
+    udev('udevadm', 'settle')
+
+
+def layout(*words):
+    """xhcctl layout, with this tree's layouts and the guest's udev"""
+    result = run('layout', *words, env=environment(SYSTEMD_IGNORE_CHROOT='1'))
+    assert result.status == 0, result.err
+    return result
+
+
+@contextlib.contextmanager
+def chosen(name):
+    """A layout of this tree, or the entry of a user who knows nothing of all this"""
+    if name == 'own':
+        with open(OWN_ENTRY, 'w', encoding='ascii') as file:
+            file.write('evdev:input:b0003v10CEpEB70*\n')
+            for scan, key in OWN_KEYS.items():
+                file.write(' KEYBOARD_KEY_%02x=%s\n' % (scan, key))
+        udev('systemd-hwdb', 'update')
+        udev('udevadm', 'control', '--reload')
+    elif name != 'default':
+        layout(name, '--apply')
+    try:
+        yield
+    finally:
+        with contextlib.suppress(FileNotFoundError):
+            os.unlink(OWN_ENTRY)
+        layout('default', '--apply')
+
+
+@contextlib.contextmanager
+def plugged(model='HB04'):
+    pendant = rig.Rig(model).plug()
+    try:
+        assert wait(lambda: os.stat(pendant.event_node).st_gid == DIALOUT, LIMIT), 'no rule of ours'
+        udev('udevadm', 'settle')
+        yield pendant
+    finally:
+        pendant.unplug()
+
+
+@pytest.fixture(scope='module')
+def keyboard():
+    """A keyboard beside the pendant, of which udev and libinput must think otherwise"""
+    keys = [*range(ecodes.KEY_ESC, ecodes.KEY_F12), ecodes.KEY_RESTART]
+    with contextlib.closing(evdev.UInput({ecodes.EV_KEY: keys}, name='keyboard')) as device:
+        assert wait(lambda: 'ID_INPUT_KEYBOARD' in udevd.properties(device.device.path), LIMIT)
+        yield device.device.path
+
+
+def tags(node):
+    return set(udevd.properties(node).get('CURRENT_TAGS', '').strip(':').split(':'))
+
+
+def libinput_devices():
+    lines = subprocess.run(['libinput', 'list-devices'], stdout=subprocess.PIPE, text=True,
+                           check=True, env=udevd.ENVIRONMENT).stdout.splitlines()
+    return [line.split(':', 1)[1].strip() for line in lines if line.startswith('Device:')]
+
+
+def check(node):
+    properties = udevd.properties(node)
+    classes = {name for name in properties if name.startswith('ID_INPUT')}
+    assert classes == {'ID_INPUT', 'ID_INPUT_JOYSTICK'}
+    assert properties['LIBINPUT_IGNORE_DEVICE'] == '1'
+    assert tags(node) & {'power-switch', 'uaccess'} == {'uaccess'}
+
+
+@pytest.mark.parametrize('choice', CHOICES)
+def test_neither_keyboard_nor_power_switch(choice, keyboard):
+    assert 'power-switch' in tags(keyboard)
+    with chosen(choice):
+        for _ in range(2):
+            with plugged(CHOICES[choice]) as pendant:
+                if choice != 'default':
+                    codes = evdev.InputDevice(pendant.event_node).capabilities()[ecodes.EV_KEY]
+                    assert min(codes) < ecodes.BTN_MISC, 'the layout is not there'
+                check(pendant.event_node)
+                assert libinput_devices() == ['keyboard']
+                for action in 'change', 'add':
+                    trigger(pendant.event_node, action)
+                    check(pendant.event_node)
+
+
+def test_the_layouts_are_all_that_are_shipped():
+    names = {name.removesuffix('.layout') for name in os.listdir(LAYOUTS)}
+    assert names == CHOICES.keys() - {'default', 'own'}
+
+
+def test_every_node_is_for_dialout_only():
+    """joydev's node has the keys, too."""
+    with plugged() as pendant:
+        folder = os.path.dirname(os.path.realpath('/sys/class/input/' +
+                                                  os.path.basename(pendant.event_node)))
+        names = [name for name in os.listdir(folder) if os.path.exists('/dev/input/' + name)]
+        assert sorted(name.rstrip('0123456789') for name in names) == ['event', 'js']
+        for name in names:
+            node = '/dev/input/' + name
+            for action in 'change', 'add':
+                trigger(node, action)
+                state = os.stat(node)
+                assert (state.st_gid, state.st_mode & 0o777) == (DIALOUT, 0o660), node
+                assert 'uaccess' in tags(node)
