@@ -128,12 +128,23 @@ class TestLayouts(Case):
         for scan in (4, 0x17, 0x16):    # keys without a code; one that these units lack
             assert keys['KEYBOARD_KEY_%02x' % scan] == 'btn_trigger_happy%d' % scan
 
-    def test_no_key_stops_the_computer(self):
-        """systemd-logind acts upon these, from whatever device they come."""
-        for name in ('hb03', 'hb04-16', 'hb04-18'):
-            codes = set(re.findall(r'=(.*)', run('layout', name).out))
-            assert 'stop' in codes
-            assert not codes & {'power', 'power2', 'restart', 'sleep', 'suspend'}
+    def test_a_key_that_stops_the_computer_is_refused(self):
+        """That no shipped layout has one: lint/facts"""
+        for key, reason in (
+                ('KEY_POWER', 'KEY_POWER would switch the computer off'),
+                ('KEY_POWER2', 'KEY_POWER2 would switch the computer off'),
+                ('KEY_RESTART', 'KEY_RESTART would restart the computer'),
+                ('KEY_SLEEP', 'KEY_SLEEP would suspend the computer'),
+                ('KEY_SUSPEND', 'KEY_SUSPEND would suspend the computer to disk'),
+                ('KEY_LOGOFF', 'KEY_LOGOFF would end'), ('KEY_SYSRQ', 'KEY_SYSRQ gives commands'),
+                ('KEY_COFFEE', 'KEY_COFFEE would lock the screen')):
+            with case.row(key):
+                bad = 'title\tT\nmatch\tM\n01\tStop\tKEY_STOP\n17\tReset\t%s\n' % key
+                for words in (['--write', '--root', self.folder], ['--json'], []):
+                    result = self.with_layouts('layout', 'bad', *words, bad=bad)
+                    self.assert_says(result, FAILURE, '/bad.layout:4: ' + reason)
+                    assert result.out == ''
+                assert not os.path.exists(os.path.join(self.folder, HWDB))
 
     def test_entry_is_as_udev_wants_it(self):
         """Every property behind one blank, every match at the beginning of its line."""

@@ -21,6 +21,25 @@ static const struct {
 	{ NULL, "none" }
 };
 
+/*
+ * Codes that systemd-logind, acpid, the power daemon of a desktop or the kernel act upon. A pendant
+ * is used in the midst of a machine's work: none of its keys may stop the computer or lock its user
+ * out.
+ */
+static const struct {
+	int code;
+	const char *reason;
+} refused[] = {
+	{ KEY_POWER, "KEY_POWER would switch the computer off" },
+	{ KEY_POWER2, "KEY_POWER2 would switch the computer off" },
+	{ KEY_RESTART, "KEY_RESTART would restart the computer" },
+	{ KEY_SLEEP, "KEY_SLEEP would suspend the computer" },
+	{ KEY_SUSPEND, "KEY_SUSPEND would suspend the computer to disk" },
+	{ KEY_LOGOFF, "KEY_LOGOFF would end the user's session" },
+	{ KEY_COFFEE, "KEY_COFFEE would lock the screen" },
+	{ KEY_SYSRQ, "KEY_SYSRQ gives commands to the kernel" },
+};
+
 const char *const *layout_folders(void)
 {
 	static const char *folders[3];
@@ -66,6 +85,7 @@ static const char *take_key(struct layout *layout, char *const *field, unsigned 
 {
 	struct layout_key *key;
 	unsigned long code;
+	int event_code;
 	char *end;
 
 	code = strtoul(field[0], &end, 16);
@@ -81,9 +101,14 @@ static const char *take_key(struct layout *layout, char *const *field, unsigned 
 		return "a caption is 1 to 31 ASCII characters";
 	if (!strcmp(field[2], "-"))
 		return NULL;
-	if (!take(key->code, sizeof(key->code), field[2]) ||
-	    libevdev_event_code_from_name(EV_KEY, key->code) < 0)
+	event_code = take(key->code, sizeof(key->code), field[2]) ?
+		     libevdev_event_code_from_name(EV_KEY, key->code) : -1;
+	if (event_code < 0)
 		return "no such code in <linux/input-event-codes.h>";
+	for (size_t i = 0; i < ARRAY_SIZE(refused); i++) {
+		if (event_code == refused[i].code)
+			return refused[i].reason;
+	}
 	return NULL;
 }
 
