@@ -4,7 +4,10 @@ for the group dialout only.
 """
 
 import contextlib
+import fcntl
 import os
+import shutil
+import struct
 import subprocess
 
 import evdev
@@ -18,6 +21,7 @@ from xhcctl_tool import LAYOUTS, environment, run
 
 LIMIT = 60
 DIALOUT = 20
+EVIOCGKEYCODE = 0x80084504      # <linux/input.h>, which python3-evdev has not
 ETC = '/etc/udev'
 OWN_ENTRY = ETC + '/hwdb.d/62-own.hwdb'
 # what systemd-logind, a desktop and the kernel act upon
@@ -60,10 +64,9 @@ def layout(*words):
 def chosen(name):
     """A layout of this tree, or the entry of a user who knows nothing of all this"""
     if name == 'own':
-        with open(OWN_ENTRY, 'w', encoding='ascii') as file:
-            file.write('evdev:input:b0003v10CEpEB70*\n')
-            for scan, key in OWN_KEYS.items():
-                file.write(' KEYBOARD_KEY_%02x=%s\n' % (scan, key))
+        # the class as if there were keys enough for it
+        write_entry(' ID_INPUT_KEYBOARD=1\n' + ''.join(' KEYBOARD_KEY_%02x=%s\n' % key
+                                                       for key in OWN_KEYS.items()))
         udev('systemd-hwdb', 'update')
         udev('udevadm', 'control', '--reload')
     elif name != 'default':
@@ -128,6 +131,127 @@ def test_neither_keyboard_nor_power_switch(choice, keyboard):
                 for action in 'change', 'add':
                     trigger(pendant.event_node, action)
                     check(pendant.event_node)
+
+
+BIN = ETC + '/hwdb.bin'
+
+
+def contents(folder):
+    """{path: what is in it} of all files below a folder"""
+    found = {}
+    for place, _, names in os.walk(folder):
+        for name in names:
+            with open(os.path.join(place, name), 'rb') as file:
+                found[os.path.join(place, name)] = file.read()
+    return found
+
+
+def codes(pendant):
+    """{scan code: key code} of the keys and of the selector's positions"""
+    scans = [*range(1, 0x18), *range(0x21, 0x27)]
+    with open(pendant.event_node, 'rb') as node:
+        found = [struct.pack('II', scan, 0) for scan in scans]
+        found = [fcntl.ioctl(node, EVIOCGKEYCODE, pair) for pair in found]
+    return dict(struct.unpack('II', pair) for pair in found)
+
+
+FIRST_CODES = {**{scan: ecodes.BTN_TRIGGER_HAPPY + scan - 1 for scan in range(1, 0x18)},
+               **{0x20 + number: ecodes.BTN_TRIGGER_HAPPY31 + number - 1 for number in range(1, 7)}}
+
+
+def codes_of(name):
+    with open(os.path.join(LAYOUTS, name + '.layout'), encoding='ascii') as file:
+        rows = [line.rstrip('\n').split('\t') for line in file]
+    return {**FIRST_CODES, **{int(row[0], 16): ecodes.ecodes[row[2]] for row in rows
+                              if len(row) == 3 and row[2] != '-'}}
+
+
+def layout_property(pendant):
+    return udevd.properties(pendant.event_node).get('XHC_LAYOUT')
+
+
+def write_entry(text):
+    with open(OWN_ENTRY, 'w', encoding='ascii') as file:
+        file.write('evdev:input:b0003v10CEpEB70*\n' + text)
+
+
+class TestApply:
+    """Each time the pendant stays plugged in, and what is said holds when xhcctl has ended."""
+
+    def check(self, pendant, name, keys):
+        assert (layout_property(pendant), codes(pendant)) == (name, keys)
+        check(pendant.event_node)
+
+    def test_chosen_and_taken_back(self):
+        before = contents(ETC)
+        assert BIN not in before
+        with plugged() as pendant:
+            for name in 'hb04-18', 'hb04-16':
+                layout(name, '--apply')
+                self.check(pendant, name, codes_of(name))
+            for _ in range(2):      # also when there is none
+                assert layout('default', '--apply').err == ''
+                self.check(pendant, None, FIRST_CODES)
+                assert contents(ETC) == before
+
+    def test_captions_give_no_codes(self):
+        with plugged() as pendant:
+            layout('hb04-18', '--apply')
+            layout('hb04-16', '--captions', '--apply')
+            self.check(pendant, 'hb04-16', FIRST_CODES)
+            layout('default', '--apply')
+
+    def test_selector_by_hand(self):
+        with plugged() as pendant:
+            layout('hb04-18', '--apply')
+            with open(ETC + '/hwdb.d/61-xhc-pendant.hwdb', 'a', encoding='ascii') as file:
+                file.write(' KEYBOARD_KEY_21=f16\n')
+            udev('systemd-hwdb', 'update')
+            udev('udevadm', 'control', '--reload')
+            trigger(pendant.event_node)
+            self.check(pendant, 'hb04-18', {**codes_of('hb04-18'), 0x21: ecodes.KEY_F16})
+            layout('default', '--apply')
+            self.check(pendant, None, FIRST_CODES)
+
+    def test_an_entry_of_the_users_own_stays(self):
+        write_entry(' KEYBOARD_KEY_01=f16\n')
+        try:
+            with plugged() as pendant:
+                layout('hb04-18', '--apply')
+                self.check(pendant, 'hb04-18', {**codes_of('hb04-18'), 1: ecodes.KEY_F16})
+                layout('default', '--apply')
+                self.check(pendant, None, {**FIRST_CODES, 1: ecodes.KEY_F16})
+                assert contents(ETC).keys() == {OWN_ENTRY, BIN}
+        finally:
+            os.unlink(OWN_ENTRY)
+            layout('default', '--apply')
+        assert contents(ETC) == {}
+
+    def test_an_update_of_udev_with_a_layout(self):
+        """Debian's udev then compiles the entry into its own file, too."""
+        with plugged() as pendant:
+            layout('hb04-18', '--apply')
+            shutil.copy(BIN, '/run/updated.bin')
+            subprocess.run(['mount', '--bind', '/run/updated.bin', '/usr/lib/udev/hwdb.bin'],
+                           check=True)
+            try:
+                layout('default', '--apply')
+                self.check(pendant, None, FIRST_CODES)
+                assert contents(ETC).keys() == {BIN}
+            finally:
+                subprocess.run(['umount', '-l', '/usr/lib/udev/hwdb.bin'], check=True)
+                layout('default', '--apply')
+        assert contents(ETC) == {}
+
+    def test_all_pendants_are_told(self):
+        with plugged() as one, plugged() as two, plugged('HB03') as other:
+            layout('hb04-16', '--apply')
+            for pendant in one, two:
+                self.check(pendant, 'hb04-16', codes_of('hb04-16'))
+            self.check(other, None, FIRST_CODES)
+            layout('default', '--apply')
+            for pendant in one, two, other:
+                self.check(pendant, None, FIRST_CODES)
 
 
 def test_the_layouts_are_all_that_are_shipped():

@@ -122,7 +122,7 @@ class TestLayouts(Case):
         lines = run('layout', 'hb04-16').out.splitlines()
         assert lines[0].startswith('# ')
         assert lines[1:3] == ['evdev:input:b0003v10CEpEB70*', ' XHC_LAYOUT=hb04-16']
-        keys = dict(line.strip().split('=') for line in lines[3:])
+        keys = dict(re.fullmatch(r' (\w+)=(\w+) # .+', line).groups() for line in lines[3:])
         assert list(keys) == ['KEYBOARD_KEY_%02x' % scan for scan in range(1, 0x18)]
         assert keys['KEYBOARD_KEY_01'] == 'stop'
         for scan in (4, 0x17, 0x16):    # keys without a code; one that these units lack
@@ -152,11 +152,22 @@ class TestLayouts(Case):
             for line in run('layout', name).out.splitlines():
                 assert re.search(
                     r'^(#.*|evdev:input:b0003v10CEpEB(6E|70)\*|'
-                    r' (XHC_LAYOUT=%s|KEYBOARD_KEY_[0-9a-f]{2}=[a-z0-9_]+))$' % name, line)
+                    r' (XHC_LAYOUT=%s|KEYBOARD_KEY_[0-9a-f]{2}=[a-z0-9_]+ # [ -~]+))$' % name,
+                    line)
 
     def test_captions_alone(self):
         lines = run('layout', 'hb03', '--captions').out.splitlines()
-        assert lines[1:] == ['evdev:input:b0003v10CEpEB6E*', ' XHC_LAYOUT=hb03']
+        assert lines[1:3] == ['evdev:input:b0003v10CEpEB6E*', ' XHC_LAYOUT=hb03']
+        assert lines[3:] == ['# %02x: %s' % (scan, models.MODELS['HB03'].keys.get(
+            scan, '(no such key)')) for scan in range(1, 0x18)]
+
+    def test_each_key_has_a_comment(self):
+        for name, title in (('hb04-18', 'Reset'), ('hb04-16', 'Reset'), ('hb03', 'Yes')):
+            lines = run('layout', name).out.splitlines()
+            assert lines[-1] == ' KEYBOARD_KEY_17=%s # %s' % (
+                'ok' if name == 'hb03' else 'btn_trigger_happy23', title)
+        assert ' KEYBOARD_KEY_16=btn_trigger_happy22 # (no such key)' in \
+            run('layout', 'hb04-16').out.splitlines()
 
     def test_write_and_remove(self):
         path = os.path.join(self.folder, HWDB)
@@ -168,6 +179,8 @@ class TestLayouts(Case):
             assert stat.S_IMODE(os.stat(path).st_mode) == 0o644
             assert os.listdir(os.path.dirname(path)) == [os.path.basename(path)]
         for _ in range(2):              # also when there is none
+            self.assert_says(run('layout', 'default', '-w', '-r', self.folder), OK, 'plugged in')
+            self.assert_says(run('layout', 'hb03', '-cw', '-r', self.folder), OK, 'plugged in')
             self.assert_says(run('layout', 'default', '-w', '-r', self.folder), OK, 'plugged in')
             assert os.listdir(os.path.dirname(path)) == []
 
@@ -184,7 +197,7 @@ class TestLayouts(Case):
         own = 'title\tMine\nmatch\tevdev:name:x:*\n02\tGo\tKEY_PLAY\n'
         result = self.with_layouts('layout', 'my-own', my_own=own)
         assert 'evdev:name:x:*\n XHC_LAYOUT=my-own\n' in result.out
-        assert ' KEYBOARD_KEY_02=play\n' in result.out
+        assert ' KEYBOARD_KEY_02=play # Go\n' in result.out
 
     def test_files_that_make_no_sense(self):
         head = 'title\tT\nmatch\tM\n'

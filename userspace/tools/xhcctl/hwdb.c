@@ -3,19 +3,27 @@
  * The file of udev's hwdb that chooses a keycap layout. See hwdb.h.
  */
 #include <errno.h>
+#include <fcntl.h>
+#include <linux/input.h>
 #include <spawn.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/ioctl.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include "cli.h"
 #include "hwdb.h"
+#include "layout.h"
 #include "pendant.h"
 
-#define NODES_MAX	16
+/* of udevd, while it runs */
+#define UDEVD_SOCKET			"/run/udev/control"
+#define HWDB_BIN			"/etc/udev/hwdb.bin"
+#define HWDB_BIN_OF_DISTRIBUTION	"/usr/lib/udev/hwdb.bin"
 
 char *hwdb_path(const char *root)
 {
@@ -103,31 +111,135 @@ static int run(char **argv)
 	return CLI_OK;
 }
 
+/* Whether both files are there and hold the same */
+static bool same(const char *one, const char *two)
+{
+	FILE *a = fopen(one, "re"), *b = fopen(two, "re");
+	bool equal = a && b;
+
+	while (equal) {
+		int byte = getc_unlocked(a);
+
+		equal = byte == getc_unlocked(b);
+		if (byte == EOF)
+			break;
+	}
+	equal = equal && !ferror(a) && !ferror(b);
+	if (a)
+		fclose(a);
+	if (b)
+		fclose(b);
+	return equal;
+}
+
+/*
+ * systemd-hwdb compiles all entries into HWDB_BIN. Without any but the distribution's it is a copy
+ * of the distribution's own file, which was enough before.
+ */
+static int compile(void)
+{
+	char *update[] = { "systemd-hwdb", "update", NULL };
+	int status = run(update);
+
+	if (status == CLI_OK && same(HWDB_BIN, HWDB_BIN_OF_DISTRIBUTION))
+		status = hwdb_remove(HWDB_BIN);
+	return status;
+}
+
+/* udevd of systemd 252 now and then hangs up on udevadm: ask again. */
+static int ask_udevd(char **argv)
+{
+	int status = CLI_FAILURE;
+
+	for (unsigned int attempt = 0; attempt < 3 && status != CLI_OK; attempt++)
+		status = run(argv);
+	return status;
+}
+
+/* udevd looks for a new file by itself, but not within three seconds after it has looked last. */
+static int reload(void)
+{
+	char *control[] = { "udevadm", "control", "--reload", NULL };
+
+	return ask_udevd(control);
+}
+
+static int settle(void)
+{
+	char *wait[] = { "udevadm", "settle", "--timeout=60", NULL };
+
+	return ask_udevd(wait);
+}
+
+static int give_code(int fd, unsigned int scan, unsigned int code)
+{
+	unsigned int pair[2] = { scan, code };
+
+	/* EINVAL: this model has no such key */
+	if (ioctl(fd, EVIOCSKEYCODE, pair) && errno != EINVAL)
+		return errno;
+	return 0;
+}
+
+/*
+ * The codes that the driver has given the keys and the selector's positions. udev gives keys other
+ * codes, but never these back when an entry goes.
+ */
+static int give_first_codes(const char *node)
+{
+	int fd = open(node, O_RDONLY | O_CLOEXEC), err = 0;
+
+	if (fd < 0)
+		err = errno;
+	for (unsigned int scan = 1; scan <= LAYOUT_KEYS && !err; scan++)
+		err = give_code(fd, scan, BTN_TRIGGER_HAPPY1 + scan - 1);
+	for (unsigned int position = 1; position <= LAYOUT_POSITIONS && !err; position++)
+		err = give_code(fd, LAYOUT_SELECTOR + position, BTN_TRIGGER_HAPPY31 + position - 1);
+	if (fd >= 0)
+		close(fd);
+	/* it has been unplugged */
+	if (err == ENODEV || err == ENOENT || err == ENXIO)
+		err = 0;
+	return err ? cli_errno(err, "%s", node) : CLI_OK;
+}
+
+/*
+ * Events from before the reload have to be over: they give keys the codes of the old entries. The
+ * trigger gives them those of the new ones.
+ */
+static int apply_to(char *node)
+{
+	char *trigger[] = { "udevadm", "trigger", node, NULL };
+	int status = settle();
+
+	if (status == CLI_OK)
+		status = give_first_codes(node);
+	if (status == CLI_OK)
+		status = run(trigger);
+	if (status == CLI_OK)
+		status = settle();
+	return status;
+}
+
 int hwdb_apply(void)
 {
-	char *update[3] = { 0 };
-	char *trigger[2 + NODES_MAX + 1] = { 0 };
 	struct pendants list;
-	size_t count = 0;
 	int status, err;
 
-	update[0] = "systemd-hwdb";
-	update[1] = "update";
-	trigger[0] = "udevadm";
-	trigger[1] = "trigger";
-	status = run(update);
+	status = compile();
+	/* in a container there may be none, and nothing that it has given other codes */
+	if (status != CLI_OK || access(UDEVD_SOCKET, F_OK))
+		return status;
+	status = reload();
 	if (status != CLI_OK)
 		return status;
 	err = pendants_find(&list);
 	if (err)
 		status = cli_errno(err, "pendants");
-	for (size_t i = 0; i < list.count && count < NODES_MAX; i++) {
+	for (size_t i = 0; i < list.count && status == CLI_OK; i++) {
 		if (*list.item[i].event)
-			trigger[2 + count++] = list.item[i].event;
+			status = apply_to(list.item[i].event);
 	}
-	/* without a node it would be everything that udev knows */
-	if (count)
-		status = run(trigger);
 	pendants_free(&list);
 	return status;
 }
@@ -140,7 +252,7 @@ void hwdb_say(const char *root)
 		fprintf(stderr, "To put it to work:\n  systemd-hwdb update --root=%s\n", root);
 		return;
 	}
-	fprintf(stderr, "To put it to work:\n  systemd-hwdb update\n");
+	fprintf(stderr, "To put it to work:\n  systemd-hwdb update\n  udevadm control --reload\n");
 	if (!pendants_find(&list)) {
 		for (size_t i = 0; i < list.count; i++) {
 			if (*list.item[i].event)

@@ -14,7 +14,7 @@ char *hwdb_path(const char *root);
 /* Return an enum cli_status; what is wrong has been said. */
 int hwdb_write(const char *path, const char *entry);	/* whole or not at all */
 int hwdb_remove(const char *path);			/* also when there is none */
-int hwdb_apply(void);
+int hwdb_apply(void);					/* to what is plugged in, at once */
 
 /* Say how the file is put to work */
 void hwdb_say(const char *root);

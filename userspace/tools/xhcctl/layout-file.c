@@ -204,16 +204,13 @@ const char *layout_caption(const struct layout *layout, unsigned int scan)
 /* As udev names it: in lower case, without KEY_ */
 static void print_code(FILE *stream, unsigned int scan, const char *code)
 {
-	if (!*code) {
-		fprintf(stream, " KEYBOARD_KEY_%02x=btn_trigger_happy%u\n", scan, scan);
-		return;
-	}
+	fprintf(stream, " KEYBOARD_KEY_%02x=", scan);
+	if (!*code)
+		fprintf(stream, "btn_trigger_happy%u", scan);
 	if (!strncmp(code, "KEY_", 4))
 		code += 4;
-	fprintf(stream, " KEYBOARD_KEY_%02x=", scan);
 	for (; *code; code++)
 		fputc(tolower((unsigned char)*code), stream);
-	fputc('\n', stream);
 }
 
 void layout_entry(FILE *stream, const struct layout *layout, const struct pendant *pendant,
@@ -230,6 +227,14 @@ void layout_entry(FILE *stream, const struct layout *layout, const struct pendan
 	 * Every key, also those that keep their code: udev would leave another layout's codes on
 	 * keys that are not listed.
 	 */
-	for (unsigned int scan = 1; scan <= LAYOUT_KEYS && !captions; scan++)
-		print_code(stream, scan, layout->key[scan].code);
+	for (unsigned int scan = 1; scan <= LAYOUT_KEYS; scan++) {
+		const char *caption = layout_caption(layout, scan) ?: "(no such key)";
+
+		if (captions) {
+			fprintf(stream, "# %02x: %s\n", scan, caption);
+		} else {
+			print_code(stream, scan, layout->key[scan].code);
+			fprintf(stream, " # %s\n", caption);
+		}
+	}
 }

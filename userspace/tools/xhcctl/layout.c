@@ -22,7 +22,7 @@ struct options {
 };
 
 static const struct argp_option option_table[] = {
-	{ "captions", 'c', NULL, 0, "Captions only: the keys keep the codes that they have", 0 },
+	{ "captions", 'c', NULL, 0, "Captions only: the keys keep the driver's codes", 0 },
 	{ "write", 'w', NULL, 0, "Write the entry to " HWDB_FILE, 0 },
 	{ "apply", 'a', NULL, 0, "Write it and put it to work", 0 },
 	{ "root", 'r', "FOLDER", 0, "Write below FOLDER, as systemd-hwdb --root does", 0 },
@@ -35,9 +35,8 @@ static const char doc[] =
 	"The caps differ between pendants of the same id. A layout says what is printed on each key, "
 	"and which code of <linux/input-event-codes.h> fits it. It is chosen by an entry of udev's "
 	"hwdb: `layout NAME' prints it, --write writes it where udev looks for it, --apply also puts "
-	"it to work. `layout default' takes the entry away: all keys are BTN_TRIGGER_HAPPY<code> "
-	"again, which is what LinuxCNC is wired to, from the next time that the pendant is plugged "
-	"in.\n\n"
+	"it to work, at once. `layout default' takes the entry away: all keys are "
+	"BTN_TRIGGER_HAPPY<code> again, which is what LinuxCNC is wired to.\n\n"
 	"With --device the entry is for the one pendant that is plugged in there. A file of your own, "
 	"in a folder that the environment's XHC_LAYOUTS names, is a layout too. "
 	"Codes that stop the computer (KEY_RESTART, KEY_POWER, KEY_SLEEP, ...) are refused.\n\n"
@@ -228,9 +227,9 @@ static int use_entry(const char *entry, const struct options *options)
 		status = hwdb_apply();
 	else if (status == CLI_OK)
 		hwdb_say(options->root);
-	if (status == CLI_OK && !entry)
-		fprintf(stderr, "Keys have their first codes from the next time that they are "
-			"plugged in.\n");
+	if (status == CLI_OK && !options->apply && (!entry || options->captions))
+		fprintf(stderr, "Keys have their first codes from the next time that the pendant "
+			"is plugged in.\n");
 	free(path);
 	return status;
 }

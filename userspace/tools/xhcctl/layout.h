@@ -12,6 +12,8 @@
 
 #define LAYOUT_SUFFIX	".layout"
 #define LAYOUT_KEYS	0x17	/* scan codes 01h..17h */
+#define LAYOUT_SELECTOR	0x20	/* its positions have scan codes, too: 21h.. */
+#define LAYOUT_POSITIONS	6
 
 struct layout_key {
 	char caption[32];	/* empty: the pendant has no such key */
@@ -41,8 +43,9 @@ const char *layout_name(const struct pendant *pendant);
 const char *layout_caption(const struct layout *layout, unsigned int scan);
 
 /*
- * The entry of udev's hwdb that chooses a layout. pendant: for this one alone, by where it is
- * plugged in; NULL for all of the model. captions: leave the keys' codes as they are.
+ * The entry of udev's hwdb that chooses a layout, with a comment on each key. pendant: for this one
+ * alone, by where it is plugged in; NULL for all of the model. captions: name the layout only, and
+ * give the keys no codes.
  */
 void layout_entry(FILE *stream, const struct layout *layout, const struct pendant *pendant,
 		  bool captions);

@@ -189,15 +189,15 @@ def pendant_by_tool(document, plugged):
 def pendant_layouts(document, plugged):
     assert 'hb04-16' in document.run('xhcctl layout list'), 'hb04-16'
     document.run('xhcctl layout hb04-16 --apply')
-    settle()
     assert code_of(plugged, 0x01) == 'KEY_STOP'
     document.run('xhcctl layout default --apply')
+    assert code_of(plugged, 0x01) == 'BTN_TRIGGER_HAPPY1'
     document.file('cat /etc/udev/hwdb.d/61-xhc-pendant.hwdb')
-    document.run('systemd-hwdb update && udevadm trigger /dev/input/xhc-hb04')
+    document.run('systemd-hwdb update && udevadm control --reload && '
+                 'udevadm trigger /dev/input/xhc-hb04')
     settle()
     assert code_of(plugged, 0x17) == 'KEY_STOPCD'
     command('xhcctl', 'layout', 'default', '--apply')
-    settle()
 
 
 def code_of(plugged, scan):
