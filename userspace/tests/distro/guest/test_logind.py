@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""A pendant's Reset and systemd-logind, which restarts the computer for a KEY_RESTART.
+
+There is no systemd here that it could ask to do so: what it would do is in its log.
+"""
+
+import contextlib
+import os
+import re
+import subprocess
+import time
+
+import libevdev
+import pytest
+from harness import (BIND_TIME, Plugged, command, find, read_file, reload_rules, trigger,
+                     udev_properties, wait_for)
+
+RULES = '/usr/lib/udev/rules.d/70-xhc-pendant.rules'
+OVERRIDE = '/etc/udev/rules.d/70-xhc-pendant.rules'
+HWDB = '/etc/udev/hwdb.d/61-xhc-pendant.hwdb'
+LOG = '/run/logind.log'
+# What a user may write who does not think of the computer. On Reset, and beside it.
+OWN = ''.join(' KEYBOARD_KEY_%02x=%s\n' % key for key in (
+    (0x01, 'power'), (0x02, 'sleep'), (0x03, 'suspend'), (0x17, 'restart')))
+RESET = 0x17
+LONG_PRESS = 5          # seconds, of systemd-logind
+PATIENCE = 30
+
+pytestmark = pytest.mark.timeout(600)
+
+
+def log():
+    return read_file(LOG)
+
+
+def count(text):
+    return log().count(text)
+
+
+@contextlib.contextmanager
+def daemon(name, *words):
+    with open('/run/%s.log' % name, 'wb') as file:
+        process = subprocess.Popen(words, stdout=file, stderr=file, stdin=subprocess.DEVNULL, env={
+            **os.environ, 'SYSTEMD_LOG_TARGET': 'console'})
+    try:
+        yield process
+    finally:
+        process.terminate()
+        process.wait(PATIENCE)
+
+
+@pytest.fixture(scope='module')
+def logind():
+    for folder in '/run/dbus', '/run/systemd':     # which systemd makes
+        os.makedirs(folder, exist_ok=True)
+    with daemon('dbus', 'dbus-daemon', '--system', '--nofork', '--nopidfile'):
+        wait_for(lambda: os.path.exists('/run/dbus/system_bus_socket'), "D-Bus's socket", PATIENCE)
+        with daemon('logind', '/lib/systemd/systemd-logind') as process:
+            assert find.wait(lambda: 'New seat seat0' in log(), BIND_TIME), log()
+            yield process
+            assert process.poll() is None, log()
+
+
+class Keyboard:
+    """One with a key that restarts the computer, as it is meant to"""
+
+    NAME = 'keyboard with a restart key'
+
+    def __init__(self):
+        device = libevdev.Device()
+        device.name = self.NAME
+        device.enable(libevdev.EV_KEY.KEY_RESTART)
+        self.device = device.create_uinput_device()
+
+    def press(self, value):
+        self.device.send_events([libevdev.InputEvent(libevdev.EV_KEY.KEY_RESTART, value),
+                                 libevdev.InputEvent(libevdev.EV_SYN.SYN_REPORT, 0)])
+
+
+@pytest.fixture(scope='module')
+def keyboard(logind):
+    command('modprobe', 'uinput')
+    keyboard = Keyboard()
+    wait_for(lambda: re.search('Watching system buttons on .*' + keyboard.NAME, log()),
+             'the keyboard', BIND_TIME)
+    return keyboard
+
+
+@pytest.fixture(scope='module')
+def pendants(keyboard):
+    """One for each layout, and one with keys of a user's own, at the same time"""
+    with contextlib.ExitStack() as stack:
+        found = {name: stack.enter_context(Plugged(model)) for name, model in (
+            ('hb03', 'HB03'), ('hb04-16', 'HB04'), ('hb04-18', 'HB04'), ('own', 'HB04'))}
+        entries = {name: command('xhcctl', 'layout', 'hb04-16' if name == 'own' else name,
+                                 '--device', pendant.node) for name, pendant in found.items()}
+        entries['own'] = entries['own'].split(' XHC_LAYOUT')[0] + OWN
+        with open(HWDB, 'w', encoding='ascii') as file:
+            file.write('\n'.join(entries.values()))
+        stack.callback(command, 'xhcctl', 'layout', 'default', '--apply')
+        command('systemd-hwdb', 'update')
+        command('udevadm', 'control', '--reload')
+        trigger(*(pendant.node for pendant in found.values()))
+        yield found
+
+
+def watched(node):
+    return re.search(r'Watching system buttons on %s\b' % node, log())
+
+
+def press(pendant, seconds=0.0):
+    pendant.usb.press(RESET)
+    pendant.events.report()
+    time.sleep(seconds)
+    pendant.usb.release(RESET)
+    pendant.events.report()
+
+
+def acts():
+    """How often it has acted on a key that was held, and on one that was not"""
+    return count('key pressed long'), count('key pressed short')
+
+
+def check_keyboard(keyboard):
+    """systemd-logind has seen all up to here: the keyboard's key is next."""
+    long, short = acts()
+    keyboard.press(1)
+    keyboard.press(0)
+    wait_for(lambda: acts() != (long, short), 'action on the keyboard', PATIENCE)
+    assert acts() == (long, short + 1)
+
+
+def test_it_acts_on_a_keyboard(keyboard):
+    check_keyboard(keyboard)
+    keyboard.press(1)
+    wait_for(lambda: count('Reboot key pressed long') == 1, 'a long press', PATIENCE)
+    keyboard.press(0)
+
+
+def test_without_our_rule_it_acts_on_a_pendant(keyboard, pendants):
+    """So this can fail. With the rule back it lets go of the pendant, which stays plugged in."""
+    rule = 'TAG-="power-switch"\n'
+    text = read_file(RULES)
+    assert text.count(rule) == 1
+    pendant = pendants['own']
+    with open(OVERRIDE, 'w', encoding='ascii') as file:
+        file.write(text.replace(rule, ''))
+    try:
+        reload_rules()
+        trigger(pendant.node)
+        wait_for(lambda: watched(pendant.node), 'the pendant', PATIENCE)
+        pendant.open()
+        long, short = acts()
+        press(pendant)
+        wait_for(lambda: acts() == (long, short + 1), 'action on Reset', PATIENCE)
+        pendant.usb.press(RESET)
+        wait_for(lambda: acts() == (long + 1, short + 1), 'action on Reset, held', PATIENCE)
+        pendant.usb.release(RESET)
+    finally:
+        os.unlink(OVERRIDE)
+        reload_rules()
+        trigger(pendant.node)
+    pendant.open()
+    before = acts()
+    press(pendant)
+    check_keyboard(keyboard)
+    assert acts() == (before[0], before[1] + 1)
+
+
+@pytest.mark.parametrize('name', ['hb03', 'hb04-16', 'hb04-18', 'own'])
+def test_it_does_not_act_on_a_pendant(keyboard, pendants, name):
+    pendant = pendants[name]
+    before = acts()
+    properties, _ = udev_properties(pendant.node)
+    assert ':power-switch:' not in properties['CURRENT_TAGS']
+    pendant.open()
+    for code in 0x01, 0x02, 0x03:
+        pendant.usb.press(code)
+        pendant.usb.release(code)
+        pendant.events.reports(2)
+    press(pendant)
+    press(pendant, LONG_PRESS + 2)
+    check_keyboard(keyboard)
+    assert acts() == (before[0], before[1] + 1)
+    if name != 'own':       # it was watched, by the test before
+        assert not watched(pendant.node)
