@@ -25,6 +25,8 @@ def running():
                                    stderr=log)
     try:
         assert wait(lambda: os.path.exists('/run/udev/control')), 'no udevd'
+        # it answers when it also listens to the kernel, which is later
+        subprocess.run(['udevadm', 'control', '--ping'], env=ENVIRONMENT, check=True)
         yield
     finally:
         process.terminate()
