@@ -15,12 +15,14 @@
 #include <linux/completion.h>
 #include <linux/hid.h>
 #include <linux/input.h>
+#include <linux/ktime.h>
 #include <linux/slab.h>
 #include <linux/spinlock.h>
+#include <linux/sysfs.h>
 #include <linux/wait.h>
 
 #define FRAME_CHUNKS	6		/* HB04 */
-#define CHUNKS_MAX	64
+#define CHUNKS_MAX	256
 #define EVENTS_MAX	64
 
 /* As field units have it: input report 4 with 5 bytes, feature report 6 with 7 */
@@ -43,8 +45,10 @@ static const u8 good_desc[] = { DESC_INPUT(4, 5), DESC_FEATURE(6, 7) };
  * @started: transport's starts less stops
  * @lock: protects what follows
  * @chunk: feature reports that came
- * @chunks: how many of them
- * @error: what to answer a feature report with, when it is not 0
+ * @at: when each of them came
+ * @chunks: number of feature reports
+ * @error: what to answer a feature report with while @errors is not 0
+ * @errors: number of feature reports yet to be answered with @error
  * @hold: a feature report waits for @release
  * @held: a feature report has begun to wait
  * @release: lets it go on
@@ -59,8 +63,10 @@ struct pendant {
 	int started;
 	spinlock_t lock;	/* see above */
 	u8 chunk[CHUNKS_MAX][8];
+	ktime_t at[CHUNKS_MAX];
 	unsigned int chunks;
 	int error;
+	unsigned int errors;
 	bool hold;
 	struct completion held;
 	struct completion release;
@@ -108,21 +114,26 @@ static int pendant_raw_request(struct hid_device *hdev, unsigned char id, __u8 *
 			       unsigned char rtype, int reqtype)
 {
 	struct pendant *pendant = hdev->driver_data;
-	int error;
+	int error = 0;
 
 	if (rtype != HID_FEATURE_REPORT || reqtype != HID_REQ_SET_REPORT || id != 6 || len != 8)
 		return -EPROTO;
 
-	if (pendant->hold) {
+	if (READ_ONCE(pendant->hold)) {
 		complete(&pendant->held);
 		wait_for_completion(&pendant->release);
 	}
 
 	scoped_guard(spinlock, &pendant->lock) {
-		if (pendant->chunks < CHUNKS_MAX)
+		if (pendant->chunks < CHUNKS_MAX) {
 			memcpy(pendant->chunk[pendant->chunks], buf, 8);
+			pendant->at[pendant->chunks] = ktime_get();
+		}
 		pendant->chunks++;
-		error = pendant->error;
+		if (pendant->errors) {
+			pendant->errors--;
+			error = pendant->error;
+		}
 	}
 	wake_up(&pendant->came);
 	return error ?: (int)len;
@@ -142,6 +153,14 @@ static unsigned int pendant_chunks(struct pendant *pendant)
 {
 	guard(spinlock)(&pendant->lock);
 	return pendant->chunks;
+}
+
+/* Answer the next @errors feature reports with @error */
+static void pendant_fail(struct pendant *pendant, int error, unsigned int errors)
+{
+	guard(spinlock)(&pendant->lock);
+	pendant->error = error;
+	pendant->errors = errors;
 }
 
 static bool pendant_wait_chunks(struct pendant *pendant, unsigned int n)
@@ -219,6 +238,88 @@ static void pendant_report(struct kunit *test, struct pendant *pendant, const u8
 	pendant_report(test, pendant, __report, sizeof(__report));			\
 } while (0)
 
+/* The day that the pendant was sent last */
+static u8 pendant_day(struct pendant *pendant)
+{
+	guard(spinlock)(&pendant->lock);
+	for (unsigned int i = min(pendant->chunks, CHUNKS_MAX); i-- > 0;)
+		if (pendant->chunk[i][1] == 0xfe && pendant->chunk[i][2] == 0xfd)
+			return pendant->chunk[i][3];
+	return 0;
+}
+
+/* A report without a key, by which the pendant returns @day */
+static void pendant_report_day(struct kunit *test, struct pendant *pendant, u8 selector, u8 day)
+{
+	u8 report[6] = { 4, 0, 0, selector, 0, day };
+
+	pendant_report(test, pendant, report, sizeof(report));
+}
+
+/* ---- attributes ---- */
+
+static struct device_attribute *attribute(struct device *dev, const char *folder,
+					  const char *name, struct kernfs_node **node)
+{
+	struct kernfs_node *in = NULL;
+
+	if (folder) {
+		in = sysfs_get_dirent(dev->kobj.sd, folder);
+		if (!in)
+			return NULL;
+	}
+	*node = sysfs_get_dirent(in ?: dev->kobj.sd, name);
+	sysfs_put(in);
+	return *node ? container_of((struct attribute *)(*node)->priv,
+				    struct device_attribute, attr) : NULL;
+}
+
+/* -> the number that an attribute shows, or an error */
+static int attribute_get(struct kunit *test, struct device *dev, const char *folder,
+			 const char *name)
+{
+	struct device_attribute *attr;
+	struct kernfs_node *node;
+	int err, number;
+	char *page;
+
+	attr = attribute(dev, folder, name, &node);
+	KUNIT_ASSERT_NOT_NULL_MSG(test, attr, "there is no attribute %s", name);
+	page = kunit_kzalloc(test, PAGE_SIZE, GFP_KERNEL);
+	KUNIT_ASSERT_NOT_NULL(test, page);
+	err = attr->show(dev, attr, page);
+	sysfs_put(node);
+	if (err >= 0)
+		err = kstrtoint(page, 10, &number);
+	kunit_kfree(test, page);
+	return err ?: number;
+}
+
+static int attribute_set(struct kunit *test, struct device *dev, const char *folder,
+			 const char *name, const char *text)
+{
+	struct device_attribute *attr;
+	struct kernfs_node *node;
+	ssize_t ret;
+
+	attr = attribute(dev, folder, name, &node);
+	KUNIT_ASSERT_NOT_NULL_MSG(test, attr, "there is no attribute %s", name);
+	ret = attr->store(dev, attr, text, strlen(text));
+	sysfs_put(node);
+	return ret < 0 ? ret : 0;
+}
+
+static int pendant_stat(struct kunit *test, struct pendant *pendant, const char *name)
+{
+	return attribute_get(test, &pendant->hdev->dev, "stats", name);
+}
+
+static int pendant_show(struct kunit *test, struct pendant *pendant, const char *name,
+			const char *text)
+{
+	return attribute_set(test, &pendant->hdev->dev, "dro", name, text);
+}
+
 /* ---- the user: an input handler that writes down all events of pendants ---- */
 
 struct event {
@@ -240,6 +341,9 @@ static void user_event(struct input_handle *handle, unsigned int type, unsigned 
 	seen_count++;
 }
 
+/* Called for each input device that is registered, before the user opens it */
+static void (*user_meets)(struct input_dev *dev);
+
 static int user_connect(struct input_handler *handler, struct input_dev *dev,
 			const struct input_device_id *id)
 {
@@ -248,6 +352,8 @@ static int user_connect(struct input_handler *handler, struct input_dev *dev,
 
 	if (!handle)
 		return -ENOMEM;
+	if (user_meets)
+		user_meets(dev);
 	handle->dev = dev;
 	handle->handler = handler;
 	handle->name = "xhc_hid_test";

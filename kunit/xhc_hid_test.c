@@ -396,7 +396,7 @@ static void retry_test(struct kunit *test)
 	KUNIT_ASSERT_EQ(test, 0, hid_driver_suspend(pendant->hdev, PMSG_SUSPEND));
 
 	/* stalled: the frame ends with its first chunk, and is not tried again at once */
-	WRITE_ONCE(pendant->error, -EPIPE);
+	pendant_fail(pendant, -EPIPE, UINT_MAX);
 	chunks = pendant_chunks(pendant);
 	KUNIT_ASSERT_EQ(test, 0, hid_driver_resume(pendant->hdev));
 	KUNIT_ASSERT_TRUE(test, pendant_wait_chunks(pendant, chunks + 1));
@@ -404,7 +404,7 @@ static void retry_test(struct kunit *test)
 	KUNIT_EXPECT_EQ(test, pendant_chunks(pendant), chunks + 1);
 
 	/* but after a second, from its beginning, until it is taken */
-	WRITE_ONCE(pendant->error, 0);
+	pendant_fail(pendant, 0, 0);
 	KUNIT_ASSERT_TRUE(test, pendant_wait_chunks(pendant, chunks + 1 + FRAME_CHUNKS));
 	KUNIT_EXPECT_EQ(test, pendant->chunk[chunks + 1][1], 0xfe);
 	msleep(1500);
@@ -418,12 +418,186 @@ static void short_transfer_test(struct kunit *test)
 	unsigned int chunks;
 
 	KUNIT_ASSERT_EQ(test, 0, hid_driver_suspend(pendant->hdev, PMSG_SUSPEND));
-	WRITE_ONCE(pendant->error, 7);
+	pendant_fail(pendant, 7, UINT_MAX);
 	chunks = pendant_chunks(pendant);
 	KUNIT_ASSERT_EQ(test, 0, hid_driver_resume(pendant->hdev));
 	KUNIT_ASSERT_TRUE(test, pendant_wait_chunks(pendant, chunks + 1));
 	msleep(500);
 	KUNIT_EXPECT_EQ(test, pendant_chunks(pendant), chunks + 1);
+}
+
+/* ---- what the display shows is not known ---- */
+
+static void wait_frames(struct kunit *test, struct pendant *pendant, unsigned int frames)
+{
+	KUNIT_ASSERT_TRUE_MSG(test, pendant_wait_chunks(pendant, frames * FRAME_CHUNKS),
+			      "%u chunks have come, not %u frames", pendant_chunks(pendant),
+			      frames);
+}
+
+static void expect_no_more_frames(struct kunit *test, struct pendant *pendant,
+				  unsigned int frames)
+{
+	msleep(700);
+	KUNIT_EXPECT_EQ(test, pendant_chunks(pendant), frames * FRAME_CHUNKS);
+}
+
+/* Plugged in, awake, and its display known: two frames */
+static struct pendant *pendant_awake(struct kunit *test)
+{
+	struct pendant *pendant = pendant_good(test);
+
+	pendant_report_day(test, pendant, 0x11, pendant_day(pendant));
+	wait_frames(test, pendant, 2);
+	expect_no_more_frames(test, pendant, 2);
+	return pendant;
+}
+
+/* A pendant that has slept may have missed all frames */
+static void wake_up_test(struct kunit *test)
+{
+	struct pendant *pendant = pendant_awake(test);
+	u8 day = pendant_day(pendant);
+
+	for (unsigned int frames = 3; frames < 5; frames++) {
+		REPORT(test, pendant, 4, 0, 0, 0, 0, 0);
+		expect_no_more_frames(test, pendant, frames - 1);
+		pendant_report_day(test, pendant, 0x11, day);
+		pendant_report_day(test, pendant, 0x12, day);
+		wait_frames(test, pendant, frames);
+		expect_no_more_frames(test, pendant, frames);
+	}
+	KUNIT_EXPECT_EQ(test, pendant_stat(test, pendant, "xor_mismatches"), 0);
+}
+
+/* A USB reset in place: the driver is not called, the pendant returns day 0 */
+static void forgotten_day_test(struct kunit *test)
+{
+	struct pendant *pendant = pendant_awake(test);
+	u8 day = pendant_day(pendant);
+
+	pendant_report_day(test, pendant, 0x11, 0);
+	wait_frames(test, pendant, 3);
+	pendant_report_day(test, pendant, 0x11, day);
+	expect_no_more_frames(test, pendant, 3);
+
+	/* a second writer, by hidraw */
+	pendant_report_day(test, pendant, 0x11, day ^ 1);
+	wait_frames(test, pendant, 4);
+	/* it has missed that frame: the next one comes after a second, not for each report */
+	for (unsigned int i = 0; i < 50; i++)
+		pendant_report_day(test, pendant, 0x11, day ^ 1);
+	expect_no_more_frames(test, pendant, 4);
+	msleep(500);
+	for (unsigned int i = 0; i < 50; i++)
+		pendant_report_day(test, pendant, 0x11, day ^ 1);
+	wait_frames(test, pendant, 5);
+	pendant_report_day(test, pendant, 0x11, day);
+	expect_no_more_frames(test, pendant, 5);
+	KUNIT_EXPECT_EQ(test, pendant_stat(test, pendant, "xor_mismatches"), 102);
+}
+
+/* A clone that never returns the day costs a frame for each new byte, not for each report */
+static void clone_test(struct kunit *test)
+{
+	struct pendant *pendant = pendant_good(test);
+	unsigned int frames = 1;
+
+	for (u8 day = 0x40; day < 0x43; day++) {
+		for (unsigned int i = 0; i < 4; i++) {
+			pendant_report_day(test, pendant, 0x11, day);
+			if (!i)
+				wait_frames(test, pendant, ++frames);
+			expect_no_more_frames(test, pendant, frames);
+		}
+	}
+	KUNIT_EXPECT_EQ(test, pendant_stat(test, pendant, "xor_mismatches"), 12);
+}
+
+/* A report that was on its way while the pendant took another day is no reason for a frame */
+static void late_report_test(struct kunit *test)
+{
+	struct pendant *pendant = pendant_awake(test);
+	u8 day = pendant_day(pendant);
+
+	pendant_report_day(test, pendant, 0x11, day);
+	KUNIT_ASSERT_EQ(test, 0, pendant_show(test, pendant, "day", day == 5 ? "6" : "5"));
+	wait_frames(test, pendant, 3);
+	pendant_report_day(test, pendant, 0x11, day);
+	pendant_report_day(test, pendant, 0x11, pendant_day(pendant));
+	expect_no_more_frames(test, pendant, 3);
+
+	/* nor is one that comes while the frame is on its way */
+	WRITE_ONCE(pendant->hold, true);
+	KUNIT_ASSERT_EQ(test, 0, pendant_show(test, pendant, "day", "7"));
+	KUNIT_ASSERT_NE(test, 0, wait_for_completion_timeout(&pendant->held, 5 * HZ));
+	pendant_report_day(test, pendant, 0x11, 0);
+	pendant_report_day(test, pendant, 0x11, 7);
+	WRITE_ONCE(pendant->hold, false);
+	complete_all(&pendant->release);
+	wait_frames(test, pendant, 4);
+	expect_no_more_frames(test, pendant, 4);
+}
+
+/* ---- times ---- */
+
+/* Least time in microseconds from the end of a frame to the beginning of the next */
+static s64 least_pause(struct kunit *test, struct pendant *pendant, unsigned int from,
+		       unsigned int frames)
+{
+	s64 least = S64_MAX;
+
+	KUNIT_ASSERT_LE(test, frames * FRAME_CHUNKS, CHUNKS_MAX);
+	for (unsigned int i = from; i < frames; i++)
+		least = min(least, ktime_us_delta(pendant->at[i * FRAME_CHUNKS],
+						  pendant->at[i * FRAME_CHUNKS - 1]));
+	return least;
+}
+
+static const unsigned int refresh_rows[] = { 10, 11, 19, 50, 200 };
+
+static void refresh_row_name(const unsigned int *row, char *name)
+{
+	snprintf(name, KUNIT_PARAM_DESC_SIZE, "%u ms", *row);
+}
+
+KUNIT_ARRAY_PARAM(refresh, refresh_rows, refresh_row_name);
+
+/* refresh_ms is the least time, whatever a jiffy is and whenever in it a change comes */
+static void refresh_test(struct kunit *test)
+{
+	unsigned int refresh_ms = *(const unsigned int *)test->param_value;
+	struct pendant *pendant = pendant_good(test);
+	unsigned int frames = 0;
+	char text[8];
+
+	snprintf(text, sizeof(text), "%u", refresh_ms);
+	KUNIT_ASSERT_EQ(test, 0, pendant_show(test, pendant, "refresh_ms", text));
+	KUNIT_ASSERT_EQ(test, 0, pendant_show(test, pendant, "flush", "1"));
+	for (unsigned int n = 1; frames < 12; n++) {
+		snprintf(text, sizeof(text), "%u", n % 60000);
+		KUNIT_ASSERT_EQ(test, 0, pendant_show(test, pendant, "feedrate", text));
+		usleep_range(700, 800);
+		frames = pendant_chunks(pendant) / FRAME_CHUNKS;
+	}
+	KUNIT_EXPECT_GE(test, least_pause(test, pendant, 2, frames), refresh_ms * 1000);
+	KUNIT_EXPECT_LT(test, least_pause(test, pendant, 2, frames), refresh_ms * 1000 + 30000);
+}
+
+/* A frame that a report asks for keeps to it as well */
+static void refresh_of_wake_up_test(struct kunit *test)
+{
+	struct pendant *pendant = pendant_awake(test);
+	u8 day = pendant_day(pendant);
+
+	KUNIT_ASSERT_EQ(test, 0, pendant_show(test, pendant, "refresh_ms", "400"));
+	KUNIT_ASSERT_EQ(test, 0, pendant_show(test, pendant, "flush", "1"));
+	for (unsigned int frames = 4; frames < 7; frames++) {
+		REPORT(test, pendant, 4, 0, 0, 0, 0, 0);
+		pendant_report_day(test, pendant, 0x11, day);
+		wait_frames(test, pendant, frames);
+	}
+	KUNIT_EXPECT_GE(test, least_pause(test, pendant, 3, 6), 400000);
 }
 
 static int xhc_driver_init(struct kunit_suite *suite)
@@ -454,6 +628,12 @@ static struct kunit_case xhc_driver_cases[] = {
 	KUNIT_CASE(unplug_in_frame_test),
 	KUNIT_CASE(retry_test),
 	KUNIT_CASE(short_transfer_test),
+	KUNIT_CASE(wake_up_test),
+	KUNIT_CASE(forgotten_day_test),
+	KUNIT_CASE(clone_test),
+	KUNIT_CASE(late_report_test),
+	KUNIT_CASE_PARAM(refresh_test, refresh_gen_params),
+	KUNIT_CASE(refresh_of_wake_up_test),
 	{}
 };
 

@@ -145,6 +145,21 @@ int xhc_decode_report(const struct xhc_model *model, const u8 *data, size_t size
 	return 0;
 }
 
+/**
+ * xhc_report_matches() - check whether a report returns a day
+ * @model: the pendant's model
+ * @data: a report that xhc_decode_report() has accepted
+ * @day: the day
+ *
+ * Return: true if a pendant that was sent @day last sends this report.
+ */
+bool xhc_report_matches(const struct xhc_model *model, const u8 *data, u8 day)
+{
+	const struct xhc_report *report = (const void *)data;
+
+	return report->day_xor == (day ^ report->key[0]);
+}
+
 static bool xhc_key_in(u8 code, const u8 keys[XHC_KEY_SLOTS])
 {
 	return code == keys[0] || code == keys[1];

@@ -115,7 +115,7 @@ static_assert(sizeof(struct xhc_report) == 6);
  * @selector: enum xhc_selector
  * @wheel: detents since the last report, clockwise positive
  * @asleep: the pendant says good night: no key, no selector, no wheel
- * @day: what byte 5 says: the day that the pendant was sent last
+ * @day: the day that byte 5 returns
  * @selector_ok: the selector's code is one that the model knows
  */
 struct xhc_input {
@@ -129,6 +129,7 @@ struct xhc_input {
 
 int xhc_decode_report(const struct xhc_model *model, const u8 *data, size_t size,
 		      bool swap_feed_spindle, struct xhc_input *in);
+bool xhc_report_matches(const struct xhc_model *model, const u8 *data, u8 day);
 
 /**
  * struct xhc_key_change - a key that went down or up between two reports

@@ -58,10 +58,12 @@ static int xhc_raw_event(struct hid_device *hdev, struct hid_report *report, u8 
 		xhc_count(pendant, XHC_BAD_REPORTS);
 		return 0;
 	}
-	if (!in.asleep && !xhc_dro_day_sent(pendant, in.day))
+	if (!in.asleep && !xhc_dro_report(pendant, data, in.day))
 		xhc_count(pendant, XHC_XOR_MISMATCHES);
 
-	xhc_input_report(pendant, &in);
+	/* a wireless pendant misses the frames that are sent while it sleeps */
+	if (xhc_input_report(pendant, &in))
+		xhc_dro_lost(pendant);
 	return 0;	/* hidraw sees it too */
 }
 

@@ -11,9 +11,11 @@
 #include <linux/hid.h>
 #include <linux/jiffies.h>
 #include <linux/ktime.h>
+#include <linux/lockdep.h>
 #include <linux/slab.h>
 #include <linux/time.h>
 
+#include "hrtimer-compat.h"
 #include "xhc.h"
 #include "trace.h"
 
@@ -21,8 +23,6 @@
 #define XHC_BURST_MS		5
 /* How long after a frame that was not taken the next one is tried */
 #define XHC_RETRY_MS		1000
-/* How often to look at the calendar: the clock may be set at any time */
-#define XHC_CALENDAR_SEC	60
 
 static int xhc_day_of_month(void)
 {
@@ -32,34 +32,39 @@ static int xhc_day_of_month(void)
 	return tm.tm_mday;
 }
 
-static unsigned long xhc_calendar_delay(void)
+static ktime_t xhc_midnight(void)
 {
+	time64_t now = ktime_get_real_seconds();
 	struct tm tm;
-	long left;
 
-	time64_to_tm(ktime_get_real_seconds(), 0, &tm);
-	left = 86400 - (tm.tm_hour * 3600 + tm.tm_min * 60 + tm.tm_sec);
-	return min_t(long, left, XHC_CALENDAR_SEC) * HZ;
+	time64_to_tm(now, 0, &tm);
+	return ktime_set(now + 86400 - (tm.tm_hour * 3600 + tm.tm_min * 60 + tm.tm_sec), 0);
 }
 
-/* Let the worker run after @delay jiffies, whatever was planned before */
+/* Let the worker run after @delay jiffies; a transfer may take seconds */
 static void xhc_dro_schedule(struct xhc_dro *dro, unsigned long delay)
+{
+	if (READ_ONCE(dro->running))
+		mod_delayed_work(system_long_wq, &dro->work, delay);
+}
+
+/* A pending flush overrides the rate limit */
+static bool xhc_dro_due(struct xhc_dro *dro, ktime_t now)
 {
 	lockdep_assert_held(&dro->lock);
 
-	if (!dro->running)
-		return;
-	cancel_delayed_work(&dro->work);
-	schedule_delayed_work(&dro->work, delay);
+	return dro->flush_wanted != dro->flush_done || !ktime_before(now, dro->next);
 }
 
-/* A frame that somebody waits for is due at once: a change beside it must not put it off */
 static void xhc_dro_schedule_frame(struct xhc_dro *dro)
 {
-	bool awaited = dro->flush_wanted != dro->flush_done;
-	unsigned long now = jiffies;
+	ktime_t now = ktime_get();
+	unsigned long delay = 0;
 
-	xhc_dro_schedule(dro, !awaited && time_after(dro->next, now) ? dro->next - now : 0);
+	/* one more: the current jiffy is partly over */
+	if (!xhc_dro_due(dro, now))
+		delay = usecs_to_jiffies(ktime_us_delta(dro->next, now)) + 1;
+	xhc_dro_schedule(dro, delay);
 }
 
 static int xhc_dro_send(struct xhc_pendant *pendant, const u8 *payload, size_t size)
@@ -97,7 +102,11 @@ static int xhc_dro_frame(struct xhc_pendant *pendant, const struct xhc_display *
 
 	dro->shown_size = 0;
 	WRITE_ONCE(dro->day_on_its_way, display->day);
+	WRITE_ONCE(dro->sending, true);
 	err = xhc_dro_send(pendant, payload, size);
+	if (!err)
+		WRITE_ONCE(dro->day, display->day);
+	WRITE_ONCE(dro->sending, false);
 	trace_frame(pendant->hdev, payload, size, err);
 	if (err) {
 		xhc_count(pendant, XHC_FRAME_ERRORS);
@@ -108,7 +117,6 @@ static int xhc_dro_frame(struct xhc_pendant *pendant, const struct xhc_display *
 	}
 
 	xhc_count(pendant, XHC_FRAMES_SENT);
-	WRITE_ONCE(dro->day, display->day);
 	memcpy(dro->shown, payload, size);
 	dro->shown_size = size;
 	dro->failing = false;
@@ -125,6 +133,12 @@ static void xhc_dro_work(struct work_struct *work)
 	int err;
 
 	scoped_guard(mutex, &dro->lock) {
+		if (!dro->running)
+			return;
+		if (!xhc_dro_due(dro, ktime_get())) {
+			xhc_dro_schedule_frame(dro);
+			return;
+		}
 		display = dro->want;
 		ticket = dro->flush_wanted;
 		force = ticket != dro->flush_done;
@@ -133,18 +147,32 @@ static void xhc_dro_work(struct work_struct *work)
 	if (!display.day)
 		display.day = xhc_day_of_month();
 
+	/* cleared first: the frame answers all that was lost before it began */
+	if (READ_ONCE(dro->lost)) {
+		WRITE_ONCE(dro->lost, false);
+		dro->shown_size = 0;
+	}
 	err = xhc_dro_frame(pendant, &display, force);
 
 	guard(mutex)(&dro->lock);
-	dro->next = jiffies + msecs_to_jiffies(err ? XHC_RETRY_MS : dro->refresh_ms);
+	dro->next = ktime_add_ms(ktime_get(), err ? XHC_RETRY_MS : dro->refresh_ms);
 	dro->flush_done = ticket;
 	dro->flush_result = err;
 	wake_up_all(&dro->flushed);
 
+	if (!dro->running)
+		return;
 	if (err || dro->changed || dro->flush_wanted != dro->flush_done)
 		xhc_dro_schedule_frame(dro);
-	else if (!dro->want.day)
-		xhc_dro_schedule(dro, xhc_calendar_delay());
+	if (!dro->want.day)
+		hrtimer_start(&dro->midnight, xhc_midnight(), HRTIMER_MODE_ABS);
+}
+
+/* Midnight, or the clock was set to a time after it */
+static enum hrtimer_restart xhc_dro_midnight(struct hrtimer *timer)
+{
+	xhc_dro_schedule(container_of(timer, struct xhc_dro, midnight), 0);
+	return HRTIMER_NORESTART;
 }
 
 /**
@@ -153,11 +181,10 @@ static void xhc_dro_work(struct work_struct *work)
  */
 void xhc_dro_changed(struct xhc_pendant *pendant)
 {
-	/* one more: the tick that runs now is over soon */
-	unsigned long soon = jiffies + msecs_to_jiffies(XHC_BURST_MS) + 1;
+	ktime_t soon = ktime_add_ms(ktime_get(), XHC_BURST_MS);
 	struct xhc_dro *dro = &pendant->dro;
 
-	if (!dro->changed && time_before(dro->next, soon))
+	if (!dro->changed && ktime_before(dro->next, soon))
 		dro->next = soon;
 	dro->changed = true;
 	xhc_dro_schedule_frame(dro);
@@ -194,20 +221,57 @@ int xhc_dro_flush(struct xhc_pendant *pendant)
 }
 
 /**
- * xhc_dro_day_sent() - may a pendant go by this day
+ * xhc_dro_lost() - have a frame sent because it is not known what the pendant shows
  * @pendant: the pendant
- * @day: the day, as a report says it
- *
- * It goes by the day of the last frame that it has taken. While one is on its way nobody knows
- * whether it has: the report that it sends next may be here before the end of the transfer.
  *
  * Context: any.
- *
- * Return: true for that day or, while a frame is on its way, that one's; 0 before the first.
  */
-bool xhc_dro_day_sent(struct xhc_pendant *pendant, u8 day)
+void xhc_dro_lost(struct xhc_pendant *pendant)
 {
-	return day == READ_ONCE(pendant->dro.day) || day == READ_ONCE(pendant->dro.day_on_its_way);
+	struct xhc_dro *dro = &pendant->dro;
+
+	WRITE_ONCE(dro->lost, true);
+	xhc_dro_schedule(dro, 0);
+}
+
+/**
+ * xhc_dro_report() - check whether a report returns the day that the pendant was sent
+ * @pendant: the pendant
+ * @data: the report
+ * @day: the day that it returns
+ *
+ * While a frame is on its way it is not known which of two days is the right one. Otherwise
+ * a pendant that returns another day than before, and not the one that it was sent, has been
+ * reset or has had a frame from another writer: it is sent one. If it goes on so, and has been
+ * seen to return the right day, the frame was lost on the radio: it is sent another one each
+ * second. There are clones that never return the day.
+ *
+ * Context: any, but one report at a time.
+ *
+ * Return: true if it is the day of the last frame that was taken or of one that is on its way.
+ */
+bool xhc_dro_report(struct xhc_pendant *pendant, const u8 *data, u8 day)
+{
+	const struct xhc_model *model = pendant->model;
+	struct xhc_dro *dro = &pendant->dro;
+	u8 sent = READ_ONCE(dro->day);
+	ktime_t now = ktime_get();
+	bool match = xhc_report_matches(model, data, sent) ||
+		     xhc_report_matches(model, data, READ_ONCE(dro->day_on_its_way));
+
+	if (!sent || READ_ONCE(dro->sending))
+		return match;
+
+	if (match) {
+		dro->returns_day = true;
+		dro->answered = now;
+	} else if (day != dro->returned ||
+		   (dro->returns_day && ktime_ms_delta(now, dro->answered) >= XHC_RETRY_MS)) {
+		dro->answered = now;
+		xhc_dro_lost(pendant);
+	}
+	dro->returned = day;
+	return match;
 }
 
 /**
@@ -221,7 +285,7 @@ void xhc_dro_start(struct xhc_pendant *pendant)
 	guard(mutex)(&dro->lock);
 	dro->running = true;
 	dro->shown_size = 0;
-	dro->next = jiffies;
+	dro->next = ktime_get();
 	dro->changed = true;
 	xhc_dro_schedule_frame(dro);
 }
@@ -239,6 +303,7 @@ void xhc_dro_stop(struct xhc_pendant *pendant)
 	scoped_guard(mutex, &dro->lock)
 		WRITE_ONCE(dro->running, false);
 	wake_up_all(&dro->flushed);
+	hrtimer_cancel(&dro->midnight);
 	cancel_delayed_work_sync(&dro->work);
 }
 
@@ -255,7 +320,9 @@ int xhc_dro_init(struct xhc_pendant *pendant)
 	mutex_init(&dro->lock);
 	init_waitqueue_head(&dro->flushed);
 	INIT_DELAYED_WORK(&dro->work, xhc_dro_work);
+	hrtimer_setup(&dro->midnight, xhc_dro_midnight, CLOCK_REALTIME, HRTIMER_MODE_ABS);
 	dro->refresh_ms = XHC_REFRESH_DEFAULT_MS;
+	dro->returned = -1;
 
 	/* memory of its own: the bus does DMA from it */
 	dro->report = devm_kmalloc(&pendant->hdev->dev, XHC_CHUNK_SIZE, GFP_KERNEL);

@@ -107,14 +107,16 @@ static void xhc_input_release(struct xhc_buttons *buttons)
 	xhc_report_all(buttons, &nothing);
 }
 
-static void xhc_set_awake(struct xhc_buttons *buttons, bool awake)
+/* Return: true if that is a change */
+static bool xhc_set_awake(struct xhc_buttons *buttons, bool awake)
 {
 	lockdep_assert_held(&buttons->lock);
 
 	if (buttons->awake == awake)
-		return;
+		return false;
 	buttons->awake = awake;
 	schedule_work(&buttons->awake_work);
+	return true;
 }
 
 /**
@@ -123,8 +125,10 @@ static void xhc_set_awake(struct xhc_buttons *buttons, bool awake)
  * @in: the report, decoded
  *
  * Context: any, the report may come from an interrupt.
+ *
+ * Return: true if the pendant wakes up with this report.
  */
-void xhc_input_report(struct xhc_pendant *pendant, const struct xhc_input *in)
+bool xhc_input_report(struct xhc_pendant *pendant, const struct xhc_input *in)
 {
 	struct xhc_buttons *buttons = &pendant->buttons;
 	unsigned int unknown;
@@ -135,12 +139,12 @@ void xhc_input_report(struct xhc_pendant *pendant, const struct xhc_input *in)
 	 */
 	guard(spinlock_irqsave)(&buttons->lock);
 	if (!buttons->running)
-		return;
+		return false;
 
 	unknown = xhc_report_all(buttons, in);
 	while (unknown--)
 		xhc_count(pendant, XHC_UNKNOWN_KEYS);
-	xhc_set_awake(buttons, !in->asleep);
+	return xhc_set_awake(buttons, !in->asleep) && !in->asleep;
 }
 
 /**

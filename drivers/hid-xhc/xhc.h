@@ -11,7 +11,9 @@
 #define XHC_H
 
 #include <linux/atomic.h>
+#include <linux/hrtimer.h>
 #include <linux/input.h>
+#include <linux/ktime.h>
 #include <linux/mutex.h>
 #include <linux/notifier.h>
 #include <linux/spinlock.h>
@@ -81,19 +83,25 @@ struct xhc_buttons {
  * @changed: @want may differ from what was sent
  * @want: what users want to see; day 0 stands for the calendar's
  * @refresh_ms: least time between frames
- * @next: jiffies before which no frame is due
+ * @next: when the next frame is due
  * @flush_wanted: tickets given to those who wait for a frame
  * @flush_done: the last ticket served
  * @flush_result: how that frame went: 0 or an error
  * @flushed: where they wait
  * @work: the one sender of frames
+ * @midnight: starts it when the calendar's day changes
  * @report: the worker's buffer for a feature report, fit for DMA
  * @shown: worker only: payload of the last frame that the pendant has taken
  * @shown_size: worker only: bytes in @shown; 0 when what the pendant shows is not known
  * @failing: worker only: the last frame was not taken
+ * @sending: a frame is on its way, read without a lock
+ * @lost: what the pendant shows is not known, set without a lock and cleared by the worker
  * @day: day of the last frame that the pendant has taken, read without a lock
  * @day_on_its_way: day of the last frame that was begun, read likewise; the same as @day unless
  *		    that frame is still on its way or was not taken
+ * @returned: reports only: the day that the last report returned, -1 before the first
+ * @returns_day: reports only: a report has returned the day that the pendant was sent
+ * @answered: reports only: when a report last returned the right day, or made a frame be sent
  */
 struct xhc_dro {
 	struct mutex lock;	/* see above */
@@ -101,19 +109,26 @@ struct xhc_dro {
 	bool changed;
 	struct xhc_display want;
 	unsigned int refresh_ms;
-	unsigned long next;
+	ktime_t next;
 	unsigned long flush_wanted;
 	unsigned long flush_done;
 	int flush_result;
 
 	wait_queue_head_t flushed;
 	struct delayed_work work;
+	struct hrtimer midnight;
 	u8 *report;
 	u8 shown[XHC_PAYLOAD_MAX];
 	size_t shown_size;
 	bool failing;
+	bool sending;
+	bool lost;
 	u8 day;
 	u8 day_on_its_way;
+
+	int returned;
+	bool returns_day;
+	ktime_t answered;
 };
 
 /**
@@ -144,7 +159,7 @@ int xhc_send_report(struct xhc_pendant *pendant, u8 report[XHC_CHUNK_SIZE]);
 
 /* xhc-input.c */
 int xhc_input_init(struct xhc_pendant *pendant);
-void xhc_input_report(struct xhc_pendant *pendant, const struct xhc_input *in);
+bool xhc_input_report(struct xhc_pendant *pendant, const struct xhc_input *in);
 void xhc_input_start(struct xhc_pendant *pendant);
 void xhc_input_stop(struct xhc_pendant *pendant);
 
@@ -154,7 +169,8 @@ void xhc_dro_start(struct xhc_pendant *pendant);
 void xhc_dro_stop(struct xhc_pendant *pendant);
 void xhc_dro_changed(struct xhc_pendant *pendant);
 int xhc_dro_flush(struct xhc_pendant *pendant);
-bool xhc_dro_day_sent(struct xhc_pendant *pendant, u8 day);
+bool xhc_dro_report(struct xhc_pendant *pendant, const u8 *data, u8 day);
+void xhc_dro_lost(struct xhc_pendant *pendant);
 
 /* xhc-sysfs.c */
 extern const struct attribute_group *xhc_groups[];

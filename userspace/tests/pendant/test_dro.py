@@ -400,7 +400,7 @@ class TestWorker(Case):
                     time.sleep(0.002)
                 pendant.settle()
                 pauses = self.pauses(pendant, pendant.device.frame_count - frames)
-                assert min(pauses) > refresh / 1000 - 0.012   # a tick is 10 ms
+                assert min(pauses) >= refresh / 1000
                 assert min(pauses) < refresh / 1000 + 0.1
 
     def test_unchanged_sends_nothing(self):
@@ -624,13 +624,21 @@ class TestCalendar(Case):
         pendant.device.fault = 'none'
         assert pendant.shows('day', 10, 70)
 
-    def test_clock_that_is_set_is_noticed_within_a_minute(self):
-        """And a little: at 100 Hz the timer wheel may be five seconds late for a minute."""
+    def test_clock_that_is_set_past_midnight_is_noticed(self):
         self.set_clock(2027, 3, 5, 12, 0, 0)
         pendant = self.plug()
         assert pendant.device.lcd.day == 5
         self.set_clock(2027, 3, 17, 12, 0, 0)
-        assert pendant.shows('day', 17, 70)
+        assert pendant.shows('day', 17)
+
+    def test_clock_that_is_set_back_is_noticed_with_the_next_frame(self):
+        self.set_clock(2027, 3, 17, 12, 0, 0)
+        pendant = self.plug()
+        assert pendant.device.lcd.day == 17
+        self.set_clock(2027, 3, 5, 23, 59, 50)
+        pendant.set('work_x', '1')
+        assert pendant.shows('day', 5)
+        assert pendant.shows('day', 6)          # and midnight is the right one
 
     def test_a_day_that_was_set_stays(self):
         pendant = self.plug()

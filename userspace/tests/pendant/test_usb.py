@@ -240,10 +240,13 @@ class TestUnplug(Case):
         rig.write_file('/sys/bus/usb/drivers/usbhid/bind', interface)
         assert rig.wait(lambda: find.hid_directory(pendant.device.phys))
 
-    def test_reset(self):
-        """A port reset goes through reset_resume or a new probe: the display gets a frame."""
-        pendant = self.plug_usb()
-        frames = pendant.settle()
+
+class TestResetInPlace(Case):
+    """usbhid resets a port after a second of errors, and so does usbreset: the device stays, and
+    no callback of the driver runs. The pendant begins anew, with day 0 and an empty LCD."""
+
+    @staticmethod
+    def reset(pendant):
         device = usb_device(pendant.path)
         node = '/dev/bus/usb/%03d/%03d' % (int(read_file(device + '/busnum')),
                                            int(read_file(device + '/devnum')))
@@ -252,10 +255,33 @@ class TestUnplug(Case):
             fcntl.ioctl(fd, 0x5514)             # USBDEVFS_RESET
         finally:
             os.close(fd)
-        pendant.flush()
-        assert pendant.device.frame_count > frames
+        assert pendant.device.lcd is None
+
+    def test_display(self):
+        """The first report, which returns day 0, is what the driver knows of it."""
+        pendant = self.plug_usb()
+        pendant.set('work_x', '1.5')
         pendant.report(1)
         self.assert_packet(pendant, pressed(1))
+        assert pendant.device.wait_frames(2)
+        for scan in (2, 3):
+            frames, sent = pendant.settle(), pendant.stat('frames_sent')
+            self.reset(pendant)
+            assert pendant.stat('frames_sent') == sent      # it is the same device
+            pendant.report(scan)
+            assert pendant.shows('work_x', '1.5000')
+            pendant.report()                                # returns the day of that frame
+            assert pendant.no_more_frames(frames + 1)
+
+    def test_keys_and_selector(self):
+        """They are as in the last report until there is another one."""
+        pendant = self.plug_usb()
+        pendant.report(1, 2, 0x12)
+        self.assert_packet(pendant, selected(0, 2) + pressed(1) + pressed(2))
+        self.reset(pendant)
+        assert pendant.packet(1) is None
+        pendant.report(2, 0, 0x11, 1)
+        self.assert_packet(pendant, selected(2, 1) + released(1) + turned(1))
 
 
 class TestHostile(Case):

@@ -84,6 +84,10 @@ class Pendant:
         """Power has come; -> whether the LCD shows what it does after power-on"""
         return False
 
+    def forget(self):
+        """What was received is lost."""
+        self.day = 0
+
     def streaming(self):
         """Whether reports go on although nothing is touched."""
         return False

@@ -163,6 +163,13 @@ class VirtualPendant:
         self.frame_count += 1
         return self.lcd
 
+    def forget(self):
+        """What a reset may do to it: no day, nothing on the LCD, no half frame."""
+        with self.changed:
+            self.pendant.forget()
+            self.lcd = self.seen = self._heard = None
+            self.assembler = Assembler(self.model)
+
     # --- the bus --------------------------------------------------------------------------
 
     def plug(self):

@@ -84,6 +84,8 @@ class UsbDevice(VirtualPendant):
             return self.descriptors.get({0x21: 'hid', 0x22: 'report'}.get(value >> 8))
         if kind & 0x60 == 0 and not kind & 0x80:
             # clear and set feature, configuration, interface
+            if request == 9:
+                self.forget()           # the host configures a device anew that it has reset
             return b'' if request in (1, 3, 9, 11) else None
         if kind & 0xE0 == 0x80:
             # get status, configuration, interface

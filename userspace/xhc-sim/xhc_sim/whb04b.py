@@ -99,6 +99,9 @@ class Pendant(hands.Pendant):
         self.seed = SEED_AT_POWER_ON
         return True
 
+    def forget(self):
+        self.seed = SEED_AT_POWER_ON
+
     def streaming(self):
         return self.awake and X <= self.selector <= C
 
