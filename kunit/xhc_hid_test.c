@@ -161,6 +161,68 @@ static void unknown_test(struct kunit *test)
 	EXPECT_EVENTS(test, SELECT(0), ONE_HOT(3, 0), SYN);
 }
 
+/* Each code that the model does not know counts once as it appears, also after another one */
+static void unknown_count_test(struct kunit *test)
+{
+	struct pendant *pendant = pendant_good(test);
+
+	REPORT(test, pendant, 4, 0, 0, 0x16, 0, 1);
+	REPORT(test, pendant, 4, 0, 0, 0x16, 0, 1);
+	KUNIT_EXPECT_EQ(test, pendant_stat(test, pendant, "unknown_keys"), 1);
+	REPORT(test, pendant, 4, 0, 0, 0x19, 0, 1);
+	REPORT(test, pendant, 4, 0, 0, 0x1a, 0, 1);
+	KUNIT_EXPECT_EQ(test, pendant_stat(test, pendant, "unknown_keys"), 3);
+	REPORT(test, pendant, 4, 0x18, 0x19, 0x1a, 0, 1);
+	REPORT(test, pendant, 4, 0x19, 0x18, 0x1a, 0, 1);
+	KUNIT_EXPECT_EQ(test, pendant_stat(test, pendant, "unknown_keys"), 5);
+}
+
+static void inhibit(struct kunit *test, struct input_dev *input, const char *text)
+{
+	KUNIT_ASSERT_EQ(test, 0, attribute_set(test, &input->dev, NULL, "inhibited", text));
+}
+
+/* The input core drops the events of an inhibited device; the next report makes up for them */
+static void inhibited_test(struct kunit *test)
+{
+	struct pendant *pendant = pendant_good(test);
+	struct input_dev *input = pendant_input(pendant);
+
+	KUNIT_ASSERT_NOT_NULL(test, input);
+	REPORT(test, pendant, 4, 7, 0, 0x11, 0, 1);
+	inhibit(test, input, "1");
+	REPORT(test, pendant, 4, 0, 0, 0, 0, 1);
+	inhibit(test, input, "0");
+	forget_events();
+	REPORT(test, pendant, 4, 0, 0, 0, 0, 1);
+	EXPECT_EVENTS(test, SELECT(0), SYN);
+	KUNIT_EXPECT_FALSE(test, test_bit(BTN_TRIGGER_HAPPY7, input->key));
+	KUNIT_EXPECT_FALSE(test, test_bit(BTN_TRIGGER_HAPPY31, input->key));
+
+	/* turned on meanwhile, and left where it is */
+	inhibit(test, input, "1");
+	REPORT(test, pendant, 4, 0, 0, 0x12, 0, 1);
+	inhibit(test, input, "0");
+	forget_events();
+	REPORT(test, pendant, 4, 0, 0, 0x12, 0, 1);
+	EXPECT_EVENTS(test, SELECT(2), ONE_HOT(2, 1), SYN);
+}
+
+/* A report speaks of the keys in it and of those in the one before, of no others */
+static void other_keys_test(struct kunit *test)
+{
+	struct pendant *pendant = pendant_good(test);
+	struct input_dev *input = pendant_input(pendant);
+
+	KUNIT_ASSERT_NOT_NULL(test, input);
+	input_report_key(input, BTN_TRIGGER_HAPPY20, 1);
+	input_sync(input);
+	forget_events();
+	REPORT(test, pendant, 4, 1, 0, 0x11, 1, 1);
+	EXPECT_EVENTS(test, SELECT(1), ONE_HOT(1, 1), SCAN(1), KEY(1, 1), WHEEL(1), SYN);
+	KUNIT_EXPECT_TRUE(test, test_bit(BTN_TRIGGER_HAPPY20, input->key));
+}
+
 static void sleep_test(struct kunit *test)
 {
 	struct pendant *pendant = pendant_good(test);
@@ -617,6 +679,9 @@ static struct kunit_case xhc_driver_cases[] = {
 	KUNIT_CASE(order_test),
 	KUNIT_CASE(slots_test),
 	KUNIT_CASE(unknown_test),
+	KUNIT_CASE(unknown_count_test),
+	KUNIT_CASE(inhibited_test),
+	KUNIT_CASE(other_keys_test),
 	KUNIT_CASE(sleep_test),
 	KUNIT_CASE_PARAM(bad_report_test, bad_gen_params),
 	KUNIT_CASE(two_pendants_test),

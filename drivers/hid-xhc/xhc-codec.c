@@ -138,6 +138,7 @@ int xhc_decode_report(const struct xhc_model *model, const u8 *data, size_t size
 		in->key[i] = report->key[i];
 	in->selector_ok = xhc_decode_selector(model, report->selector, swap_feed_spindle,
 					      &in->selector);
+	in->selector_code = report->selector;
 	in->wheel = report->wheel;
 	in->day = report->day_xor ^ report->key[0];
 	/* an idle pendant with the selector off still sends its day, which is never 0 */

@@ -116,7 +116,8 @@ static_assert(sizeof(struct xhc_report) == 6);
  * @wheel: detents since the last report, clockwise positive
  * @asleep: the pendant says good night: no key, no selector, no wheel
  * @day: the day that byte 5 returns
- * @selector_ok: the selector's code is one that the model knows
+ * @selector_code: code of @selector, as it came
+ * @selector_ok: the model knows that code
  */
 struct xhc_input {
 	u8 key[XHC_KEY_SLOTS];
@@ -124,6 +125,7 @@ struct xhc_input {
 	s8 wheel;
 	bool asleep;
 	u8 day;
+	u8 selector_code;
 	bool selector_ok;
 };
 

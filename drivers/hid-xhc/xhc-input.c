@@ -9,6 +9,8 @@
 
 #include <linux/hid.h>
 #include <linux/input.h>
+#include <linux/lockdep.h>
+#include <linux/string.h>
 #include <linux/sysfs.h>
 
 #include "xhc.h"
@@ -19,78 +21,95 @@
  */
 #define XHC_EVENTS_HINT		128
 
-/* A key code is down while any scan code that is mapped to it is */
-static bool xhc_keycode_down(const struct xhc_buttons *buttons, const struct xhc_input *in,
-			     u16 keycode)
+static u16 xhc_keycode(const struct xhc_buttons *buttons, unsigned int scan)
+{
+	return READ_ONCE(buttons->keymap[scan]);
+}
+
+/*
+ * A key keeps the key code that it went down with: a remapping while it is held changes what
+ * its next press means, and the release ends what the press began.
+ */
+static void xhc_new_keycodes(const struct xhc_buttons *buttons, const struct xhc_input *in,
+			     u16 keycode[XHC_KEY_SLOTS])
 {
 	for (size_t i = 0; i < XHC_KEY_SLOTS; i++) {
 		u8 code = in->key[i];
 
-		if (code && code <= XHC_KEY_MAX && buttons->keymap[code] == keycode)
-			return true;
+		if (!code || code > XHC_KEY_MAX)
+			keycode[i] = KEY_RESERVED;
+		else if (code == buttons->last.key[0])
+			keycode[i] = buttons->keycode[0];
+		else if (code == buttons->last.key[1])
+			keycode[i] = buttons->keycode[1];
+		else
+			keycode[i] = xhc_keycode(buttons, code);
 	}
-	return in->selector && buttons->keymap[XHC_SCAN_SELECTOR + in->selector] == keycode;
 }
 
-static void xhc_report_scan(struct xhc_buttons *buttons, const struct xhc_input *in,
-			    unsigned int scan)
+/* A key code is down while any key or the selector holds it down */
+static void xhc_report_keycode(struct xhc_buttons *buttons, u16 keycode)
 {
-	u16 keycode = buttons->keymap[scan];
+	bool down = keycode == buttons->selector_keycode;
 
-	input_report_key(buttons->dev, keycode, xhc_keycode_down(buttons, in, keycode));
+	for (size_t i = 0; i < XHC_KEY_SLOTS; i++)
+		down |= keycode == buttons->keycode[i];
+	input_report_key(buttons->dev, keycode, down);
 }
 
-static void xhc_report_selector(struct xhc_buttons *buttons, const struct xhc_input *in)
+/*
+ * The selector is reported always. The input core drops what is no change, and it has dropped
+ * what came while the device was inhibited.
+ */
+static void xhc_report_selector(struct xhc_buttons *buttons, const struct xhc_input *in,
+				u16 was)
 {
-	u8 was = buttons->last.selector;
-
-	if (in->selector == was)
-		return;
-
 	input_report_abs(buttons->dev, ABS_MISC, in->selector);
-	if (was)
-		xhc_report_scan(buttons, in, XHC_SCAN_SELECTOR + was);
-	if (in->selector)
-		xhc_report_scan(buttons, in, XHC_SCAN_SELECTOR + in->selector);
+	if (was != buttons->selector_keycode)
+		xhc_report_keycode(buttons, was);
+	xhc_report_keycode(buttons, buttons->selector_keycode);
 }
 
-/* Return: number of keys that went down and that no pendant has */
-static unsigned int xhc_report_keys(struct xhc_buttons *buttons, const struct xhc_input *in)
+/* Return: number of keys that went down with a scan code outside the known range */
+static unsigned int xhc_report_keys(struct xhc_buttons *buttons, const struct xhc_input *in,
+				    const u16 was[XHC_KEY_SLOTS])
 {
 	struct xhc_key_change change[XHC_KEY_CHANGES_MAX];
 	unsigned int n = xhc_key_changes(buttons->last.key, in->key, change);
 	unsigned int unknown = 0;
 
 	for (unsigned int i = 0; i < n; i++) {
+		const u8 *key = change[i].down ? in->key : buttons->last.key;
+		const u16 *keycode = change[i].down ? buttons->keycode : was;
 		bool known = change[i].code <= XHC_KEY_MAX;
 
 		if (known || change[i].down)
 			input_event(buttons->dev, EV_MSC, MSC_SCAN, change[i].code);
 		if (known)
-			xhc_report_scan(buttons, in, change[i].code);
+			xhc_report_keycode(buttons, keycode[change[i].code == key[0] ? 0 : 1]);
 		else
 			unknown += change[i].down;
 	}
-
-	/*
-	 * A key code may have lost its scan code to a remapping while the key was down.
-	 * The input core drops what is no change, so this costs no event.
-	 */
-	for (unsigned int scan = 0; scan < XHC_SCAN_COUNT; scan++)
-		if (!xhc_keycode_down(buttons, in, buttons->keymap[scan]))
-			input_report_key(buttons->dev, buttons->keymap[scan], 0);
 	return unknown;
 }
 
 /* Return: number of codes in the report that the model does not know */
 static unsigned int xhc_report_all(struct xhc_buttons *buttons, const struct xhc_input *in)
 {
-	unsigned int unknown = !in->selector_ok && buttons->last.selector_ok;
+	unsigned int unknown = !in->selector_ok && in->selector_code != buttons->last.selector_code;
+	u16 selector_was = buttons->selector_keycode;
+	u16 was[XHC_KEY_SLOTS], now[XHC_KEY_SLOTS];
 
 	lockdep_assert_held(&buttons->lock);
 
-	xhc_report_selector(buttons, in);
-	unknown += xhc_report_keys(buttons, in);
+	xhc_new_keycodes(buttons, in, now);
+	memcpy(was, buttons->keycode, sizeof(was));
+	memcpy(buttons->keycode, now, sizeof(now));
+	buttons->selector_keycode = in->selector ?
+		xhc_keycode(buttons, XHC_SCAN_SELECTOR + in->selector) : KEY_RESERVED;
+
+	xhc_report_selector(buttons, in, selector_was);
+	unknown += xhc_report_keys(buttons, in, was);
 	if (in->wheel)
 		input_report_rel(buttons->dev, REL_DIAL, in->wheel);
 	input_sync(buttons->dev);
@@ -102,9 +121,9 @@ static unsigned int xhc_report_all(struct xhc_buttons *buttons, const struct xhc
 /* All keys up, selector off */
 static void xhc_input_release(struct xhc_buttons *buttons)
 {
-	static const struct xhc_input nothing = { .selector_ok = true, .asleep = true };
+	static const struct xhc_input released = { .selector_ok = true };
 
-	xhc_report_all(buttons, &nothing);
+	xhc_report_all(buttons, &released);
 }
 
 /* Return: true if that is a change */
@@ -142,8 +161,7 @@ bool xhc_input_report(struct xhc_pendant *pendant, const struct xhc_input *in)
 		return false;
 
 	unknown = xhc_report_all(buttons, in);
-	while (unknown--)
-		xhc_count(pendant, XHC_UNKNOWN_KEYS);
+	atomic64_add(unknown, &pendant->stat[XHC_UNKNOWN_KEYS]);
 	return xhc_set_awake(buttons, !in->asleep) && !in->asleep;
 }
 
@@ -216,7 +234,6 @@ int xhc_input_init(struct xhc_pendant *pendant)
 
 	spin_lock_init(&buttons->lock);
 	INIT_WORK(&buttons->awake_work, xhc_awake_work);
-	buttons->last.selector_ok = true;
 
 	dev = devm_input_allocate_device(&hdev->dev);
 	if (!dev)

@@ -55,10 +55,12 @@ enum xhc_stat {
 /**
  * struct xhc_buttons - the evdev side of a pendant
  * @dev: the input device
- * @lock: protects @last, @awake and @running, and keeps the events of one report together
+ * @lock: protects all but @keymap, and keeps the events of one report together
  * @running: false while suspended or going away: reports are not turned into events
  * @awake: the last report was not the sleep report
  * @last: what was reported last
+ * @keycode: key codes that the keys of @last went down with, KEY_RESERVED for none
+ * @selector_keycode: key code that the selector of @last holds down, KEY_RESERVED for none
  * @keymap: key code by scan code, changed by the input core under its own lock
  * @awake_work: tells pollers that @awake has changed; reports come in atomic context
  */
@@ -68,6 +70,8 @@ struct xhc_buttons {
 	bool running;
 	bool awake;
 	struct xhc_input last;
+	u16 keycode[XHC_KEY_SLOTS];
+	u16 selector_keycode;
 	u16 keymap[XHC_SCAN_COUNT];
 	struct work_struct awake_work;
 };

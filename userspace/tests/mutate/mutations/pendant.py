@@ -32,8 +32,10 @@ MUTATIONS = (
              'if (!from[i] || xhc_key_in(from[i], other))',
              'if (!from[i] || (down && xhc_key_in(from[i], other)))'),
     Mutation('selector before keys swapped', 'xhc-input.c',
-             '\txhc_report_selector(buttons, in);\n\tunknown += xhc_report_keys(buttons, in);\n',
-             '\tunknown += xhc_report_keys(buttons, in);\n\txhc_report_selector(buttons, in);\n',
+             '\txhc_report_selector(buttons, in, selector_was);\n'
+             '\tunknown += xhc_report_keys(buttons, in, was);\n',
+             '\tunknown += xhc_report_keys(buttons, in, was);\n'
+             '\txhc_report_selector(buttons, in, selector_was);\n',
              KERNEL),
     # beyond the list of the ten
     Mutation('half is rounded down', 'xhc-codec.c',
