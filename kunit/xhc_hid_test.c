@@ -105,6 +105,52 @@ static void desc_test(struct kunit *test)
 	REPORT(test, pendant, 4, 1, 0, 0x11, 1, 0);
 }
 
+/* ---- registration ---- */
+
+static struct {
+	struct pendant *pendant;
+	bool opened;
+	bool has_display;
+} at_registration;
+
+static void meet(struct input_dev *dev)
+{
+	static const u8 report[] = { 4, 5, 0, 0x11, 3, 0 };
+	struct hid_device *hdev = to_hid_device(dev->dev.parent);
+	struct pendant *pendant = hdev->driver_data;
+	struct kernfs_node *display = sysfs_get_dirent(hdev->dev.kobj.sd, "dro");
+	u8 copy[sizeof(report)];
+
+	at_registration.opened = pendant->opened;
+	at_registration.has_display = display;
+	sysfs_put(display);
+	memcpy(copy, report, sizeof(report));
+	hid_input_report(hdev, HID_INPUT_REPORT, copy, sizeof(copy), 1);
+}
+
+/* When the input device appears, reports count, and there is a display to write to */
+static void registration_test(struct kunit *test)
+{
+	struct pendant *pendant;
+	struct input_dev *input;
+
+	forget_events();
+	user_meets = meet;
+	pendant = pendant_good(test);
+	user_meets = NULL;
+	input = pendant_input(pendant);
+	KUNIT_ASSERT_NOT_NULL(test, input);
+	KUNIT_EXPECT_TRUE(test, at_registration.opened);
+	KUNIT_EXPECT_TRUE(test, at_registration.has_display);
+	KUNIT_EXPECT_EQ(test, input_abs_get_val(input, ABS_MISC), 1);
+	KUNIT_EXPECT_TRUE(test, test_bit(BTN_TRIGGER_HAPPY31, input->key));
+	KUNIT_EXPECT_TRUE(test, test_bit(BTN_TRIGGER_HAPPY5, input->key));
+	/* that was before the user was there: neither its keys nor its detents come late */
+	expect_no_event(test);
+	REPORT(test, pendant, 4, 0, 0, 0x11, 1, 0);
+	EXPECT_EVENTS(test, SCAN(5), KEY(5, 0), WHEEL(1), SYN);
+}
+
 /* ---- events ---- */
 
 static void order_test(struct kunit *test)
@@ -676,6 +722,7 @@ static struct kunit_case xhc_driver_cases[] = {
 	KUNIT_CASE(probe_test),
 	KUNIT_CASE(probe_frame_test),
 	KUNIT_CASE_PARAM(desc_test, desc_gen_params),
+	KUNIT_CASE(registration_test),
 	KUNIT_CASE(order_test),
 	KUNIT_CASE(slots_test),
 	KUNIT_CASE(unknown_test),

@@ -142,22 +142,36 @@ static int xhc_probe(struct hid_device *hdev, const struct hid_device_id *id)
 	err = hid_hw_power(hdev, PM_HINT_FULLON);
 	if (err < 0)
 		goto stop;
-	/* reports flow from here on, so that the selector is known before anybody asks */
 	err = hid_hw_open(hdev);
 	if (err)
 		goto power;
 
+	/* all works before the first program can hear of the input device: that comes last */
+	xhc_input_start(pendant);
+	hid_device_io_start(hdev);
+	xhc_dro_start(pendant);
 	pendant->pm.notifier_call = xhc_pm_notify;
 	err = register_pm_notifier(&pendant->pm);
 	if (err)
-		goto close;
+		goto io;
+	err = xhc_sysfs_add(pendant);
+	if (err)
+		goto pm;
+	err = xhc_input_register(pendant);
+	if (err)
+		goto sysfs;
 
-	xhc_input_start(pendant);
-	xhc_dro_start(pendant);
 	hid_info(hdev, "XHC %s pendant\n", pendant->model->name);
 	return 0;
 
-close:
+sysfs:
+	xhc_sysfs_remove(pendant);
+pm:
+	unregister_pm_notifier(&pendant->pm);
+io:
+	/* reports start the display's worker: they stop first */
+	hid_device_io_stop(hdev);
+	xhc_dro_stop(pendant);
 	hid_hw_close(hdev);
 power:
 	hid_hw_power(hdev, PM_HINT_NORMAL);
@@ -171,9 +185,10 @@ static void xhc_remove(struct hid_device *hdev)
 	struct xhc_pendant *pendant = hid_get_drvdata(hdev);
 
 	unregister_pm_notifier(&pendant->pm);
-	/* no report comes while the HID core removes; the attributes are gone already */
+	/* no report comes while the HID core removes */
 	xhc_input_stop(pendant);
 	xhc_dro_stop(pendant);
+	xhc_sysfs_remove(pendant);
 	hid_hw_close(hdev);
 	hid_hw_power(hdev, PM_HINT_NORMAL);
 	hid_hw_stop(hdev);
@@ -214,9 +229,6 @@ static struct hid_driver xhc_driver = {
 	.suspend = pm_ptr(xhc_suspend),
 	.resume = pm_ptr(xhc_resume),
 	.reset_resume = pm_ptr(xhc_resume),
-	.driver = {
-		.dev_groups = xhc_groups,
-	},
 };
 module_hid_driver(xhc_driver);
 

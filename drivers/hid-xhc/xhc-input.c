@@ -133,8 +133,9 @@ static bool xhc_set_awake(struct xhc_buttons *buttons, bool awake)
 
 	if (buttons->awake == awake)
 		return false;
-	buttons->awake = awake;
-	schedule_work(&buttons->awake_work);
+	WRITE_ONCE(buttons->awake, awake);
+	if (buttons->awake_node)
+		sysfs_notify_dirent(buttons->awake_node);
 	return true;
 }
 
@@ -178,26 +179,15 @@ void xhc_input_start(struct xhc_pendant *pendant)
 /**
  * xhc_input_stop() - let all keys go, turn the selector off, and keep it so
  * @pendant: the pendant
- *
- * Context: may sleep.
  */
 void xhc_input_stop(struct xhc_pendant *pendant)
 {
 	struct xhc_buttons *buttons = &pendant->buttons;
 
-	scoped_guard(spinlock_irqsave, &buttons->lock) {
-		buttons->running = false;
-		xhc_input_release(buttons);
-		xhc_set_awake(buttons, false);
-	}
-	flush_work(&buttons->awake_work);
-}
-
-static void xhc_awake_work(struct work_struct *work)
-{
-	struct xhc_pendant *pendant = container_of(work, struct xhc_pendant, buttons.awake_work);
-
-	sysfs_notify(&pendant->hdev->dev.kobj, NULL, "awake");
+	guard(spinlock_irqsave)(&buttons->lock);
+	buttons->running = false;
+	xhc_input_release(buttons);
+	xhc_set_awake(buttons, false);
 }
 
 static void xhc_init_keymap(struct xhc_buttons *buttons)
@@ -219,10 +209,10 @@ static void xhc_init_keymap(struct xhc_buttons *buttons)
 }
 
 /**
- * xhc_input_init() - make and register the input device
+ * xhc_input_init() - make the input device
  * @pendant: the pendant; @pendant->hdev and @pendant->model are set
  *
- * The device goes when the driver lets the HID device go. It starts stopped.
+ * It starts stopped.
  *
  * Return: 0 or an error.
  */
@@ -233,7 +223,6 @@ int xhc_input_init(struct xhc_pendant *pendant)
 	struct input_dev *dev;
 
 	spin_lock_init(&buttons->lock);
-	INIT_WORK(&buttons->awake_work, xhc_awake_work);
 
 	dev = devm_input_allocate_device(&hdev->dev);
 	if (!dev)
@@ -251,11 +240,28 @@ int xhc_input_init(struct xhc_pendant *pendant)
 	dev->id.product = hdev->product;
 	dev->id.version = hdev->version;
 
+	/* else the events of reports before registration would be kept, and delivered after it */
+	__set_bit(EV_SYN, dev->evbit);
 	xhc_init_keymap(buttons);
 	input_set_capability(dev, EV_MSC, MSC_SCAN);
 	input_set_capability(dev, EV_REL, REL_DIAL);
 	input_set_abs_params(dev, ABS_MISC, XHC_SEL_OFF, XHC_SEL_COUNT - 1, 0, 0);
 	input_set_events_per_packet(dev, XHC_EVENTS_HINT);
 
-	return input_register_device(dev);
+	return 0;
+}
+
+/**
+ * xhc_input_register() - register the input device
+ * @pendant: the pendant; reports flow already
+ *
+ * What reports have said before is the state that its first user sees; without a report all
+ * keys are up and the selector is off. A wired pendant at rest sends none, so there is no
+ * waiting for one. The device goes when the driver lets the HID device go.
+ *
+ * Return: 0 on success, a negative errno otherwise.
+ */
+int xhc_input_register(struct xhc_pendant *pendant)
+{
+	return input_register_device(pendant->buttons.dev);
 }

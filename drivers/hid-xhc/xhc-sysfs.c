@@ -10,6 +10,7 @@
 #include <linux/device.h>
 #include <linux/hid.h>
 #include <linux/slab.h>
+#include <linux/spinlock.h>
 #include <linux/string.h>
 #include <linux/sysfs.h>
 
@@ -399,9 +400,55 @@ static const struct attribute_group xhc_group = {
 	.attrs = xhc_attrs,
 };
 
-const struct attribute_group *xhc_groups[] = {
+static const struct attribute_group *xhc_groups[] = {
 	&xhc_group,
 	&xhc_dro_group,
 	&xhc_stats_group,
 	NULL
 };
+
+/**
+ * xhc_sysfs_add() - create the attributes
+ * @pendant: the pendant, ready to be used
+ *
+ * The driver core would create them after probe, when the input device has been announced
+ * and a program may look for them already.
+ *
+ * Return: 0 on success, a negative errno otherwise.
+ */
+int xhc_sysfs_add(struct xhc_pendant *pendant)
+{
+	struct kobject *kobj = &pendant->hdev->dev.kobj;
+	struct kernfs_node *awake;
+	int err;
+
+	err = sysfs_create_groups(kobj, xhc_groups);
+	if (err)
+		return err;
+
+	awake = sysfs_get_dirent(kobj->sd, dev_attr_awake.attr.name);
+	guard(spinlock_irqsave)(&pendant->buttons.lock);
+	pendant->buttons.awake_node = awake;
+	return 0;
+}
+
+/**
+ * xhc_sysfs_remove() - remove the attributes
+ * @pendant: the pendant
+ *
+ * Context: sleeps until every show and store that has begun is over.
+ */
+void xhc_sysfs_remove(struct xhc_pendant *pendant)
+{
+	struct kernfs_node *awake;
+
+	scoped_guard(spinlock_irqsave, &pendant->buttons.lock) {
+		awake = pendant->buttons.awake_node;
+		pendant->buttons.awake_node = NULL;
+	}
+	sysfs_remove_groups(&pendant->hdev->dev.kobj, xhc_groups);
+	/* removing a file does not wake those that poll it */
+	if (awake)
+		sysfs_notify_dirent(awake);
+	sysfs_put(awake);
+}

@@ -22,8 +22,8 @@
 
 #include "xhc-codec.h"
 
-struct attribute_group;
 struct hid_device;
+struct kernfs_node;
 
 /**
  * enum xhc_stat - the counters of stats/
@@ -58,22 +58,22 @@ enum xhc_stat {
  * @lock: protects all but @keymap, and keeps the events of one report together
  * @running: false while suspended or going away: reports are not turned into events
  * @awake: the last report was not the sleep report
+ * @awake_node: the attribute that shows @awake, NULL while there is none
  * @last: what was reported last
  * @keycode: key codes that the keys of @last went down with, KEY_RESERVED for none
  * @selector_keycode: key code that the selector of @last holds down, KEY_RESERVED for none
  * @keymap: key code by scan code, changed by the input core under its own lock
- * @awake_work: tells pollers that @awake has changed; reports come in atomic context
  */
 struct xhc_buttons {
 	struct input_dev *dev;
 	spinlock_t lock;	/* see above */
 	bool running;
 	bool awake;
+	struct kernfs_node *awake_node;
 	struct xhc_input last;
 	u16 keycode[XHC_KEY_SLOTS];
 	u16 selector_keycode;
 	u16 keymap[XHC_SCAN_COUNT];
-	struct work_struct awake_work;
 };
 
 #define XHC_REFRESH_MIN_MS	10
@@ -163,6 +163,7 @@ int xhc_send_report(struct xhc_pendant *pendant, u8 report[XHC_CHUNK_SIZE]);
 
 /* xhc-input.c */
 int xhc_input_init(struct xhc_pendant *pendant);
+int xhc_input_register(struct xhc_pendant *pendant);
 bool xhc_input_report(struct xhc_pendant *pendant, const struct xhc_input *in);
 void xhc_input_start(struct xhc_pendant *pendant);
 void xhc_input_stop(struct xhc_pendant *pendant);
@@ -177,6 +178,7 @@ bool xhc_dro_report(struct xhc_pendant *pendant, const u8 *data, u8 day);
 void xhc_dro_lost(struct xhc_pendant *pendant);
 
 /* xhc-sysfs.c */
-extern const struct attribute_group *xhc_groups[];
+int xhc_sysfs_add(struct xhc_pendant *pendant);
+void xhc_sysfs_remove(struct xhc_pendant *pendant);
 
 #endif /* XHC_H */

@@ -7,6 +7,8 @@ import os
 import select
 import struct
 import subprocess
+import threading
+import time
 
 import pytest
 from case import row
@@ -334,6 +336,43 @@ class TestSleep(Case):
                 assert poll.poll(rig.PATIENCE * 1000), 'poll() does not wake'
                 awake.seek(0)
                 assert awake.read() == text
+
+    @staticmethod
+    def watch(fd, ends):
+        """Polls and reads `awake` as a program does that waits as long as it takes.
+
+        At its time-out poll() looks once more and sees that the file has gone, so time is taken.
+        """
+        poll = select.poll()
+        poll.register(fd, select.POLLPRI)
+        while True:
+            try:
+                os.pread(fd, 8, 0)
+            except OSError as error:
+                ends.append(errno.errorcode[error.errno])
+                return
+            start = time.monotonic()
+            poll.poll(rig.PATIENCE * 1000)
+            if time.monotonic() - start > rig.PATIENCE / 2:
+                ends.append('poll() does not wake')
+                return
+
+    def test_poll_on_awake_ends_at_unplug(self):
+        for asleep in (True, False):
+            for way in ('unplug', 'unbind'):
+                with row(asleep=asleep, way=way):
+                    pendant, ends = self.plug(), []
+                    if not asleep:
+                        pendant.report(1)
+                        pendant.packet()
+                    fd = os.open(pendant.file('awake'), os.O_RDONLY)
+                    self.add_cleanup(os.close, fd)
+                    watcher = threading.Thread(target=self.watch, args=(fd, ends))
+                    watcher.start()
+                    time.sleep(0.2)         # it is in poll() now
+                    getattr(pendant, way)()
+                    watcher.join()
+                    assert ends == ['ENODEV']
 
     def test_node_stays_while_asleep(self):
         pendant = self.plug()

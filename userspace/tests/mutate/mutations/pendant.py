@@ -45,7 +45,7 @@ MUTATIONS = (
              '{ 0x15, XHC_SEL_FEED }, { 0x14, XHC_SEL_SPINDLE }',
              '{ 0x14, XHC_SEL_FEED }, { 0x15, XHC_SEL_SPINDLE }'),
     Mutation('keys stay down on suspend and unplug', 'xhc-input.c',
-             '\t\txhc_input_release(buttons);\n',
+             '\txhc_input_release(buttons);\n',
              '', KERNEL),
     Mutation('an unchanged frame is sent again', 'xhc-dro.c',
              'if (!force && size == dro->shown_size',
