@@ -7,7 +7,9 @@
  */
 
 #include <linux/delay.h>
+#include <linux/kmsg_dump.h>
 #include <linux/module.h>
+#include <linux/string.h>
 
 #include "xhc_hid_rig.h"
 
@@ -708,6 +710,127 @@ static void refresh_of_wake_up_test(struct kunit *test)
 	KUNIT_EXPECT_GE(test, least_pause(test, pendant, 3, 6), 400000);
 }
 
+/* ---- flush ---- */
+
+static struct flusher {
+	struct work_struct work;
+	struct kunit *test;
+	struct pendant *pendant;
+	int result;
+} flushers[2];
+
+static void flush_work_fn(struct work_struct *work)
+{
+	struct flusher *flusher = container_of(work, struct flusher, work);
+
+	flusher->result = pendant_show(flusher->test, flusher->pendant, "flush", "1");
+}
+
+static void start_flusher(struct kunit *test, struct pendant *pendant, struct flusher *flusher)
+{
+	flusher->test = test;
+	flusher->pendant = pendant;
+	flusher->result = 1;
+	INIT_WORK(&flusher->work, flush_work_fn);
+	schedule_work(&flusher->work);
+}
+
+/* The first of two frames fails: each caller gets the result of its own */
+static void flush_results_test(struct kunit *test)
+{
+	struct pendant *pendant = pendant_good(test);
+
+	WRITE_ONCE(pendant->hold, true);
+	start_flusher(test, pendant, &flushers[0]);
+	KUNIT_ASSERT_NE(test, 0, wait_for_completion_timeout(&pendant->held, 5 * HZ));
+	start_flusher(test, pendant, &flushers[1]);
+	msleep(100);			/* now it waits for the frame after this one */
+	pendant_fail(pendant, -EPIPE, 1);
+	WRITE_ONCE(pendant->hold, false);
+	complete_all(&pendant->release);
+	flush_work(&flushers[0].work);
+	flush_work(&flushers[1].work);
+	KUNIT_EXPECT_EQ(test, flushers[0].result, -EPIPE);
+	KUNIT_EXPECT_EQ(test, flushers[1].result, 0);
+	/* the frame that failed, up to its first chunk, and the one after it */
+	KUNIT_EXPECT_EQ(test, pendant_chunks(pendant), 2 * FRAME_CHUNKS + 1);
+}
+
+struct error_row {
+	int transfer;
+	int flush;
+};
+
+static const struct error_row error_rows[] = {
+	{ -EPIPE, -EPIPE },
+	{ -ETIMEDOUT, -ETIMEDOUT },
+	{ -EIO, -EIO },
+	{ -EPROTO, -EIO },
+	{ -EILSEQ, -EIO },
+	{ 7, -EIO },
+	{ -ENODEV, -ENODEV },
+	{ -ESHUTDOWN, -ENODEV },
+	{ -EHOSTUNREACH, -ENODEV },
+	{ -ENOENT, -ENODEV },
+};
+
+static void error_row_name(const struct error_row *row, char *name)
+{
+	snprintf(name, KUNIT_PARAM_DESC_SIZE, "transfer: %d", row->transfer);
+}
+
+KUNIT_ARRAY_PARAM(error, error_rows, error_row_name);
+
+static void flush_error_test(struct kunit *test)
+{
+	const struct error_row *row = test->param_value;
+	struct pendant *pendant = pendant_good(test);
+
+	pendant_fail(pendant, row->transfer, 1);
+	KUNIT_EXPECT_EQ(test, pendant_show(test, pendant, "flush", "1"), row->flush);
+	KUNIT_EXPECT_EQ(test, pendant_stat(test, pendant, "frame_errors"), 1);
+	KUNIT_EXPECT_EQ(test, pendant_show(test, pendant, "flush", "1"), 0);
+}
+
+/* Number of lines of the kernel's log with this text */
+static unsigned int log_count(struct kunit *test, const char *text)
+{
+	char *line = kunit_kzalloc(test, SZ_1K, GFP_KERNEL);
+	struct kmsg_dump_iter iter;
+	unsigned int count = 0;
+	size_t len;
+
+	KUNIT_ASSERT_NOT_NULL(test, line);
+	kmsg_dump_rewind(&iter);
+	while (kmsg_dump_get_line(&iter, false, line, SZ_1K, &len))
+		count += !!strnstr(line, text, len);
+	kunit_kfree(test, line);
+	return count;
+}
+
+/* A frame that the suspend broke off does not keep the next failure out of the log */
+static void failure_after_resume_test(struct kunit *test)
+{
+	struct pendant *pendant = pendant_good(test);
+	unsigned int before;
+
+	WRITE_ONCE(pendant->hold, true);
+	KUNIT_ASSERT_EQ(test, 0, pendant_show(test, pendant, "feedrate", "1"));
+	KUNIT_ASSERT_NE(test, 0, wait_for_completion_timeout(&pendant->held, 5 * HZ));
+	later.pendant = pendant;
+	INIT_DELAYED_WORK(&later.work, release_work);
+	schedule_delayed_work(&later.work, HZ / 5);
+	KUNIT_ASSERT_EQ(test, 0, hid_driver_suspend(pendant->hdev, PMSG_SUSPEND));
+	flush_delayed_work(&later.work);
+	WRITE_ONCE(pendant->hold, false);
+
+	before = log_count(test, "display frame not taken");
+	pendant_fail(pendant, -EPIPE, 2);
+	KUNIT_ASSERT_EQ(test, 0, hid_driver_resume(pendant->hdev));
+	KUNIT_ASSERT_TRUE(test, pendant_wait_chunks(pendant, FRAME_CHUNKS + 3));
+	KUNIT_EXPECT_EQ(test, log_count(test, "display frame not taken"), before + 1);
+}
+
 static int xhc_driver_init(struct kunit_suite *suite)
 {
 	return input_register_handler(&user);
@@ -746,6 +869,9 @@ static struct kunit_case xhc_driver_cases[] = {
 	KUNIT_CASE(late_report_test),
 	KUNIT_CASE_PARAM(refresh_test, refresh_gen_params),
 	KUNIT_CASE(refresh_of_wake_up_test),
+	KUNIT_CASE(flush_results_test),
+	KUNIT_CASE_PARAM(flush_error_test, error_gen_params),
+	KUNIT_CASE(failure_after_resume_test),
 	{}
 };
 

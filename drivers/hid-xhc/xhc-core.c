@@ -28,17 +28,29 @@ MODULE_PARM_DESC(swap_feed_spindle,
  * @pendant: the pendant
  * @report: report 06h with its id, in memory fit for DMA
  *
- * Return: 0, the transfer's error (-EPIPE: the pendant stalled it), or -EIO when it was
- * taken in part only.
+ * Return: 0 on success, -EPIPE if the pendant stalled it, -ETIMEDOUT if it did not answer,
+ * -ENODEV if it has gone or is suspended, -ENOMEM, or -EIO for any other failure.
  */
 int xhc_send_report(struct xhc_pendant *pendant, u8 report[XHC_CHUNK_SIZE])
 {
 	int ret = hid_hw_raw_request(pendant->hdev, report[0], report, XHC_CHUNK_SIZE,
 				     HID_FEATURE_REPORT, HID_REQ_SET_REPORT);
 
-	if (ret < 0)
+	switch (ret) {
+	case XHC_CHUNK_SIZE:
+		return 0;
+	case -EPIPE:
+	case -ETIMEDOUT:
+	case -ENOMEM:
 		return ret;
-	return ret == XHC_CHUNK_SIZE ? 0 : -EIO;
+	case -ENODEV:
+	case -ENOENT:		/* the transfer was ended from outside */
+	case -ESHUTDOWN:	/* the bus has gone */
+	case -EHOSTUNREACH:	/* the device is suspended */
+		return -ENODEV;
+	default:
+		return -EIO;
+	}
 }
 
 static int xhc_raw_event(struct hid_device *hdev, struct hid_report *report, u8 *data, int size)

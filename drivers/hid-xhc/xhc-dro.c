@@ -8,6 +8,7 @@
  * with the magic.
  */
 
+#include <linux/completion.h>
 #include <linux/hid.h>
 #include <linux/jiffies.h>
 #include <linux/ktime.h>
@@ -23,6 +24,19 @@
 #define XHC_BURST_MS		5
 /* How long after a frame that was not taken the next one is tried */
 #define XHC_RETRY_MS		1000
+
+/**
+ * struct xhc_flush - a caller that waits for a frame
+ * @node: in the display's list, or in the worker's while the frame is on its way; under the
+ *	  display's lock
+ * @done: completed under the display's lock, with @node in no list
+ * @result: of the frame: 0 or an error
+ */
+struct xhc_flush {
+	struct list_head node;
+	struct completion done;
+	int result;
+};
 
 static int xhc_day_of_month(void)
 {
@@ -53,7 +67,7 @@ static bool xhc_dro_due(struct xhc_dro *dro, ktime_t now)
 {
 	lockdep_assert_held(&dro->lock);
 
-	return dro->flush_wanted != dro->flush_done || !ktime_before(now, dro->next);
+	return !list_empty(&dro->flushes) || !ktime_before(now, dro->next);
 }
 
 static void xhc_dro_schedule_frame(struct xhc_dro *dro)
@@ -67,6 +81,19 @@ static void xhc_dro_schedule_frame(struct xhc_dro *dro)
 	xhc_dro_schedule(dro, delay);
 }
 
+static void xhc_dro_end_flushes(struct xhc_dro *dro, struct list_head *flushes, int result)
+{
+	struct xhc_flush *flush, *next;
+
+	lockdep_assert_held(&dro->lock);
+
+	list_for_each_entry_safe(flush, next, flushes, node) {
+		list_del(&flush->node);
+		flush->result = result;
+		complete(&flush->done);
+	}
+}
+
 static int xhc_dro_send(struct xhc_pendant *pendant, const u8 *payload, size_t size)
 {
 	struct xhc_dro *dro = &pendant->dro;
@@ -74,8 +101,8 @@ static int xhc_dro_send(struct xhc_pendant *pendant, const u8 *payload, size_t s
 	for (unsigned int i = 0; i < pendant->model->chunks; i++) {
 		int err;
 
-		/* on the way out, not one transfer more than the one that is in flight */
-		if (!READ_ONCE(dro->running))
+		/* stopping: do not begin another transfer */
+		if (i && !READ_ONCE(dro->running))
 			return -ENODEV;
 
 		xhc_encode_chunk(payload, size, i, dro->report);
@@ -112,7 +139,7 @@ static int xhc_dro_frame(struct xhc_pendant *pendant, const struct xhc_display *
 		xhc_count(pendant, XHC_FRAME_ERRORS);
 		if (!dro->failing && err != -ENODEV)
 			hid_warn_ratelimited(pendant->hdev, "display frame not taken: %d\n", err);
-		dro->failing = true;
+		dro->failing = err != -ENODEV;
 		return err;
 	}
 
@@ -128,7 +155,7 @@ static void xhc_dro_work(struct work_struct *work)
 	struct xhc_dro *dro = container_of(to_delayed_work(work), struct xhc_dro, work);
 	struct xhc_pendant *pendant = container_of(dro, struct xhc_pendant, dro);
 	struct xhc_display display;
-	unsigned long ticket;
+	LIST_HEAD(flushes);
 	bool force;
 	int err;
 
@@ -140,8 +167,8 @@ static void xhc_dro_work(struct work_struct *work)
 			return;
 		}
 		display = dro->want;
-		ticket = dro->flush_wanted;
-		force = ticket != dro->flush_done;
+		list_splice_init(&dro->flushes, &flushes);
+		force = !list_empty(&flushes);
 		dro->changed = false;
 	}
 	if (!display.day)
@@ -156,13 +183,11 @@ static void xhc_dro_work(struct work_struct *work)
 
 	guard(mutex)(&dro->lock);
 	dro->next = ktime_add_ms(ktime_get(), err ? XHC_RETRY_MS : dro->refresh_ms);
-	dro->flush_done = ticket;
-	dro->flush_result = err;
-	wake_up_all(&dro->flushed);
+	xhc_dro_end_flushes(dro, &flushes, err);
 
 	if (!dro->running)
 		return;
-	if (err || dro->changed || dro->flush_wanted != dro->flush_done)
+	if (err || dro->changed || !list_empty(&dro->flushes))
 		xhc_dro_schedule_frame(dro);
 	if (!dro->want.day)
 		hrtimer_start(&dro->midnight, xhc_midnight(), HRTIMER_MODE_ABS);
@@ -196,28 +221,30 @@ void xhc_dro_changed(struct xhc_pendant *pendant)
  *
  * Context: sleeps as long as the transfer takes.
  *
- * Return: 0 when the pendant has taken the frame, the transfer's error when it has not,
- * -ENODEV when it goes away or is suspended, -ERESTARTSYS on a signal.
+ * Return: 0 when the pendant has taken the frame, the error of xhc_send_report() when it
+ * has not, -ENODEV when it goes away or is suspended, -ERESTARTSYS on a signal.
  */
 int xhc_dro_flush(struct xhc_pendant *pendant)
 {
 	struct xhc_dro *dro = &pendant->dro;
-	unsigned long ticket;
+	struct xhc_flush flush;
 	int err;
 
+	init_completion(&flush.done);
 	scoped_guard(mutex, &dro->lock) {
-		ticket = ++dro->flush_wanted;
+		if (!dro->running)
+			return -ENODEV;
+		list_add_tail(&flush.node, &dro->flushes);
 		xhc_dro_schedule_frame(dro);
 	}
 
-	err = wait_event_interruptible(dro->flushed,
-				       !READ_ONCE(dro->running) ||
-				       (long)(READ_ONCE(dro->flush_done) - ticket) >= 0);
-	if (err)
-		return err;
+	err = wait_for_completion_interruptible(&flush.done);
 
 	guard(mutex)(&dro->lock);
-	return (long)(dro->flush_done - ticket) >= 0 ? dro->flush_result : -ENODEV;
+	if (!err || completion_done(&flush.done))
+		return flush.result;
+	list_del(&flush.node);
+	return err;
 }
 
 /**
@@ -283,15 +310,16 @@ void xhc_dro_start(struct xhc_pendant *pendant)
 	struct xhc_dro *dro = &pendant->dro;
 
 	guard(mutex)(&dro->lock);
-	dro->running = true;
+	WRITE_ONCE(dro->running, true);
 	dro->shown_size = 0;
+	dro->failing = false;
 	dro->next = ktime_get();
 	dro->changed = true;
 	xhc_dro_schedule_frame(dro);
 }
 
 /**
- * xhc_dro_stop() - send no more frames; those who wait for one are told -ENODEV
+ * xhc_dro_stop() - send no more frames; a flush that waits for one ends with -ENODEV
  * @pendant: the pendant
  *
  * Context: sleeps until the transfer in flight is over.
@@ -302,9 +330,10 @@ void xhc_dro_stop(struct xhc_pendant *pendant)
 
 	scoped_guard(mutex, &dro->lock)
 		WRITE_ONCE(dro->running, false);
-	wake_up_all(&dro->flushed);
 	hrtimer_cancel(&dro->midnight);
 	cancel_delayed_work_sync(&dro->work);
+	scoped_guard(mutex, &dro->lock)
+		xhc_dro_end_flushes(dro, &dro->flushes, -ENODEV);
 }
 
 /**
@@ -318,7 +347,7 @@ int xhc_dro_init(struct xhc_pendant *pendant)
 	struct xhc_dro *dro = &pendant->dro;
 
 	mutex_init(&dro->lock);
-	init_waitqueue_head(&dro->flushed);
+	INIT_LIST_HEAD(&dro->flushes);
 	INIT_DELAYED_WORK(&dro->work, xhc_dro_work);
 	hrtimer_setup(&dro->midnight, xhc_dro_midnight, CLOCK_REALTIME, HRTIMER_MODE_ABS);
 	dro->refresh_ms = XHC_REFRESH_DEFAULT_MS;

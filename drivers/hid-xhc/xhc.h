@@ -14,10 +14,10 @@
 #include <linux/hrtimer.h>
 #include <linux/input.h>
 #include <linux/ktime.h>
+#include <linux/list.h>
 #include <linux/mutex.h>
 #include <linux/notifier.h>
 #include <linux/spinlock.h>
-#include <linux/wait.h>
 #include <linux/workqueue.h>
 
 #include "xhc-codec.h"
@@ -82,22 +82,19 @@ struct xhc_buttons {
 
 /**
  * struct xhc_dro - the display side of a pendant
- * @lock: protects all up to @flush_result; never held while a frame is on its way
+ * @lock: protects all up to @flushes; never held while a frame is on its way
  * @running: false while suspended or going away: no frame is sent
  * @changed: @want may differ from what was sent
  * @want: what users want to see; day 0 stands for the calendar's
  * @refresh_ms: least time between frames
  * @next: when the next frame is due
- * @flush_wanted: tickets given to those who wait for a frame
- * @flush_done: the last ticket served
- * @flush_result: how that frame went: 0 or an error
- * @flushed: where they wait
+ * @flushes: struct xhc_flush of the callers that wait for the next frame
  * @work: the one sender of frames
  * @midnight: starts it when the calendar's day changes
  * @report: the worker's buffer for a feature report, fit for DMA
  * @shown: worker only: payload of the last frame that the pendant has taken
  * @shown_size: worker only: bytes in @shown; 0 when what the pendant shows is not known
- * @failing: worker only: the last frame was not taken
+ * @failing: worker only: the last frame was not taken, and that is in the log
  * @sending: a frame is on its way, read without a lock
  * @lost: what the pendant shows is not known, set without a lock and cleared by the worker
  * @day: day of the last frame that the pendant has taken, read without a lock
@@ -114,11 +111,8 @@ struct xhc_dro {
 	struct xhc_display want;
 	unsigned int refresh_ms;
 	ktime_t next;
-	unsigned long flush_wanted;
-	unsigned long flush_done;
-	int flush_result;
+	struct list_head flushes;
 
-	wait_queue_head_t flushed;
 	struct delayed_work work;
 	struct hrtimer midnight;
 	u8 *report;
