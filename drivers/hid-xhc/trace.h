@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-only */
 /*
- * XHC pendant: tracepoints xhc:report and xhc:frame
+ * XHC pendant: tracepoints xhc:xhc_report and xhc:xhc_frame
  */
 #undef TRACE_SYSTEM
 #define TRACE_SYSTEM xhc
@@ -32,13 +32,13 @@ DECLARE_EVENT_CLASS(xhc_bytes,
 );
 
 /* An input report as it came; error is what the codec said of it */
-DEFINE_EVENT(xhc_bytes, report,
+DEFINE_EVENT(xhc_bytes, xhc_report,
 	TP_PROTO(const struct hid_device *hdev, const u8 *data, size_t size, int error),
 	TP_ARGS(hdev, data, size, error)
 );
 
 /* The payload of a display frame, after its last transfer; error is that of the transfer */
-DEFINE_EVENT(xhc_bytes, frame,
+DEFINE_EVENT(xhc_bytes, xhc_frame,
 	TP_PROTO(const struct hid_device *hdev, const u8 *data, size_t size, int error),
 	TP_ARGS(hdev, data, size, error)
 );

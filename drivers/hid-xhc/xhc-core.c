@@ -63,7 +63,7 @@ static int xhc_raw_event(struct hid_device *hdev, struct hid_report *report, u8 
 		return 0;
 
 	err = xhc_decode_report(pendant->model, data, size, swap_feed_spindle, &in);
-	trace_report(hdev, data, size, err);
+	trace_xhc_report(hdev, data, size, err);
 
 	xhc_count(pendant, XHC_REPORTS);
 	if (err) {

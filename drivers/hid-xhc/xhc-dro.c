@@ -134,7 +134,7 @@ static int xhc_dro_frame(struct xhc_pendant *pendant, const struct xhc_display *
 	if (!err)
 		WRITE_ONCE(dro->day, display->day);
 	WRITE_ONCE(dro->sending, false);
-	trace_frame(pendant->hdev, payload, size, err);
+	trace_xhc_frame(pendant->hdev, payload, size, err);
 	if (err) {
 		xhc_count(pendant, XHC_FRAME_ERRORS);
 		if (!dro->failing && err != -ENODEV)

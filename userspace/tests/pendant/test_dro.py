@@ -677,7 +677,7 @@ class TestTracepoints(Case):
         pendant = self.plug()
         pendant.report(1, 2, 0x11, -1, day=0)
         assert rig.wait(lambda: '04010211ff01' in self.trace())
-        assert 'report:%s' % os.path.basename(pendant.path) in self.trace()
+        assert 'xhc_report:%s' % os.path.basename(pendant.path) in self.trace()
 
     @pytest.mark.distro
     def test_frame(self):
@@ -685,7 +685,7 @@ class TestTracepoints(Case):
         pendant.flush()
         frame = pendant.device.frames[-1][1][:pendant.device.model.frame_size]
         assert rig.wait(lambda: frame.hex() in self.trace())
-        assert 'frame:%s' % os.path.basename(pendant.path) in self.trace()
+        assert 'xhc_frame:%s' % os.path.basename(pendant.path) in self.trace()
 
     def test_frame_that_failed(self):
         pendant = self.plug()
