@@ -175,6 +175,18 @@ static void report_refused_test(struct kunit *test)
 	}
 }
 
+/* A pendant returns the day that it was sent, XOR its first key: whatever else is in the report */
+static void matches_test(struct kunit *test)
+{
+	static const u8 idle[6] = { 4, 0, 0, 0, 0, 22 };
+	static const u8 busy[6] = { 4, 0x0d, 0x17, 0x11, 0xff, 22 ^ 0x0d };
+
+	for (unsigned int day = 0; day < 256; day++) {
+		KUNIT_EXPECT_EQ(test, day == 22, xhc_report_matches(hb04(), idle, day));
+		KUNIT_EXPECT_EQ(test, day == 22, xhc_report_matches(hb03(), busy, day));
+	}
+}
+
 /* ---- key changes ---- */
 
 struct keys_row {
@@ -470,6 +482,35 @@ static void step_test(struct kunit *test)
 	KUNIT_EXPECT_EQ(test, -ERANGE, xhc_step_multiplier(0xf));
 }
 
+struct step_row {
+	const char *text;
+	int code;
+};
+
+static const struct step_row step_rows[] = {
+	{ "0", 0 }, { "10", 3 }, { "1000\n", 10 },
+	{ "0x0b", 0x0b }, { "0xb\n", 0x0b }, { "0x0F", 0x0f }, { "0x3", 3 }, { "0x00", 0 },
+	{ "11", -ERANGE }, { "2", -ERANGE }, { "-1", -ERANGE }, { "0x10", -ERANGE },
+	{ "99999999999", -ERANGE },
+	{ "", -EINVAL }, { "0x", -EINVAL }, { "0xg", -EINVAL }, { "b", -EINVAL },
+	{ "1 5", -EINVAL }, { "0x-1", -EINVAL }, { "1.5", -EINVAL },
+};
+
+static void step_row_name(const struct step_row *row, char *name)
+{
+	snprintf(name, KUNIT_PARAM_DESC_SIZE, "\"%.*s\"", (int)strcspn(row->text, "\n"),
+		 row->text);
+}
+
+KUNIT_ARRAY_PARAM(step, step_rows, step_row_name);
+
+static void step_text_test(struct kunit *test)
+{
+	const struct step_row *row = test->param_value;
+
+	KUNIT_EXPECT_EQ(test, row->code, xhc_parse_step(row->text));
+}
+
 struct state_row {
 	const char *text;
 	u16 product;
@@ -543,6 +584,7 @@ static void state_test(struct kunit *test)
 }
 
 static struct kunit_case xhc_codec_cases[] = {
+	KUNIT_CASE(matches_test),
 	KUNIT_CASE(model_find_test),
 	KUNIT_CASE(model_sizes_test),
 	KUNIT_CASE_PARAM(report_test, report_gen_params),
@@ -555,6 +597,7 @@ static struct kunit_case xhc_codec_cases[] = {
 	KUNIT_CASE(payload_refused_test),
 	KUNIT_CASE(chunk_test),
 	KUNIT_CASE(step_test),
+	KUNIT_CASE_PARAM(step_text_test, step_gen_params),
 	KUNIT_CASE_PARAM(state_test, state_gen_params),
 	{}
 };

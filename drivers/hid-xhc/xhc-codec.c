@@ -68,7 +68,7 @@ static const struct xhc_model xhc_models[] = {
 	},
 };
 
-/* the multiplier of each step code; 0Bh exists on HB04 and nobody knows what it means */
+/* the multiplier of each step code; 0Bh exists, its meaning is not known */
 static const u16 xhc_steps[] = { 0, 1, 5, 10, 20, 30, 40, 50, 100, 500, 1000 };
 
 static const struct {
@@ -395,6 +395,26 @@ int xhc_step_code(unsigned int multiplier)
 int xhc_step_multiplier(unsigned int code)
 {
 	return code < ARRAY_SIZE(xhc_steps) ? xhc_steps[code] : -ERANGE;
+}
+
+/**
+ * xhc_parse_step() - read a step multiplier, or the wire's code of one that has no number
+ * @text: a multiplier in decimal, or a code 0..15 as 0x and hexadecimal
+ *
+ * Return: the code, -EINVAL when @text is not such a number, -ERANGE for another multiplier
+ * or a code over 15.
+ */
+int xhc_parse_step(const char *text)
+{
+	bool is_code = str_has_prefix(text, "0x");
+	int err, number;
+
+	err = kstrtoint(text, is_code ? 16 : 10, &number);
+	if (err)
+		return err;
+	if (number < 0 || (is_code && number > XHC_STEP_CODE_MAX))
+		return -ERANGE;
+	return is_code ? number : xhc_step_code(number);
 }
 
 static int xhc_parse_state_word(const struct xhc_model *model, const char *word, u8 *bits)

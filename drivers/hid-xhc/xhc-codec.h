@@ -189,6 +189,7 @@ enum xhc_number {
 #define XHC_STATE_INCH		0x80	/* HB04 */
 
 #define XHC_STEP_CODE		0x0f	/* step byte: low nibble, index of the multiplier */
+#define XHC_STEP_CODE_MAX	0x0f
 #define XHC_STEP_ICON		0xf0	/* step byte: high nibble, an icon */
 #define XHC_ICON_MAX		0x0f
 
@@ -199,7 +200,7 @@ enum xhc_number {
  * @position: by enum xhc_position, in units of 1/10000
  * @number: by enum xhc_number
  * @day: day of the month, 1..31; the pendant's key for byte 5 of its reports
- * @step: code of the step multiplier, see xhc_step_code()
+ * @step: code of the step multiplier, see xhc_parse_step()
  * @icon: 0..15
  * @state: XHC_STATE_* and bits without a name
  */
@@ -220,6 +221,7 @@ void xhc_encode_chunk(const u8 *payload, size_t size, unsigned int index,
 int xhc_parse_position(const struct xhc_model *model, const char *text, s32 *units);
 int xhc_format_position(s32 units, char *text, size_t size);
 
+int xhc_parse_step(const char *text);
 int xhc_step_code(unsigned int multiplier);
 int xhc_step_multiplier(unsigned int code);
 

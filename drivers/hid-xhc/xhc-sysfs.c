@@ -166,20 +166,21 @@ static ssize_t step_show(struct device *dev, struct device_attribute *attr, char
 {
 	struct xhc_pendant *pendant = dev_get_drvdata(dev);
 
+	int multiplier;
+
 	guard(mutex)(&pendant->dro.lock);
-	return sysfs_emit(buf, "%d\n", xhc_step_multiplier(pendant->dro.want.step));
+	multiplier = xhc_step_multiplier(pendant->dro.want.step);
+	if (multiplier < 0)
+		return sysfs_emit(buf, "0x%02x\n", pendant->dro.want.step);
+	return sysfs_emit(buf, "%d\n", multiplier);
 }
 
 static ssize_t step_store(struct device *dev, struct device_attribute *attr,
 			  const char *buf, size_t count)
 {
 	struct xhc_pendant *pendant = dev_get_drvdata(dev);
-	int err, code, multiplier;
+	int code = xhc_parse_step(buf);
 
-	err = xhc_parse_number(buf, 0, INT_MAX, &multiplier);
-	if (err)
-		return err;
-	code = xhc_step_code(multiplier);
 	if (code < 0)
 		return code;
 

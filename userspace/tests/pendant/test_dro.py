@@ -177,6 +177,21 @@ class TestValues(Case):
         self.refused(pendant, 'step', ['\n', 'x', '1.5', '5 10'], 'EINVAL')
         self.refused(pendant, 'step', ['2', '-1', '1001', '11', '4294967296'], 'ERANGE')
 
+    def test_step_code(self):
+        """What has no multiplier is written as its code, as with the bits of `state`."""
+        pendant = self.plug()
+        pendant.set('icon', '9')
+        for written, read, code in (('0x0b', '0x0b', 0x0B), ('0xf', '0x0f', 0x0F),
+                                    ('0x0C', '0x0c', 0x0C), ('0x3', '10', 3), ('0x0', '0', 0),
+                                    ('0x0b', '0x0b', 0x0B), ('1000', '1000', 10)):
+            with row(written=written):
+                pendant.set('step', written + '\n')
+                assert pendant.get('step') == read
+                shown = pendant.flush()
+                assert (shown['step_code'], shown['icon']) == (code, 9)
+        self.refused(pendant, 'step', ['0x', '0xg', '0x0b 1', 'b', '0xb0x'], 'EINVAL')
+        self.refused(pendant, 'step', ['0x10', '0xff', '0x100000000'], 'ERANGE')
+
     def test_icon(self):
         pendant = self.plug()
         pendant.set('step', '1000')
