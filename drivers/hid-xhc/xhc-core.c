@@ -21,7 +21,7 @@
 static bool swap_feed_spindle;
 module_param(swap_feed_spindle, bool, 0644);
 MODULE_PARM_DESC(swap_feed_spindle,
-		 "Exchange the selector positions feed and spindle, for a unit that has them the other way round (default: N)");
+		 "Default of the attribute of this name: exchange the selector positions feed and spindle (default: N)");
 
 /**
  * xhc_send_report() - send one feature report and wait until the pendant has taken it
@@ -62,7 +62,8 @@ static int xhc_raw_event(struct hid_device *hdev, struct hid_report *report, u8 
 	if (report->type != HID_INPUT_REPORT)
 		return 0;
 
-	err = xhc_decode_report(pendant->model, data, size, swap_feed_spindle, &in);
+	err = xhc_decode_report(pendant->model, data, size,
+				READ_ONCE(pendant->swap_feed_spindle), &in);
 	trace_xhc_report(hdev, data, size, err);
 
 	xhc_count(pendant, XHC_REPORTS);
@@ -132,6 +133,7 @@ static int xhc_probe(struct hid_device *hdev, const struct hid_device_id *id)
 	pendant->model = xhc_model_find(id->product);
 	if (!pendant->model)
 		return -ENODEV;
+	pendant->swap_feed_spindle = swap_feed_spindle;
 	hid_set_drvdata(hdev, pendant);
 
 	err = hid_parse(hdev);

@@ -391,8 +391,34 @@ static ssize_t awake_show(struct device *dev, struct device_attribute *attr, cha
 }
 static DEVICE_ATTR_RO(awake);
 
+static ssize_t swap_feed_spindle_show(struct device *dev, struct device_attribute *attr,
+				      char *buf)
+{
+	struct xhc_pendant *pendant = dev_get_drvdata(dev);
+
+	return sysfs_emit(buf, "%d\n", READ_ONCE(pendant->swap_feed_spindle));
+}
+
+static ssize_t swap_feed_spindle_store(struct device *dev, struct device_attribute *attr,
+				       const char *buf, size_t count)
+{
+	struct xhc_pendant *pendant = dev_get_drvdata(dev);
+	bool swap;
+	int err;
+
+	err = kstrtobool(buf, &swap);
+	if (err)
+		return err;
+
+	/* holds from the next report on */
+	WRITE_ONCE(pendant->swap_feed_spindle, swap);
+	return count;
+}
+static DEVICE_ATTR_RW(swap_feed_spindle);
+
 static struct attribute *xhc_attrs[] = {
 	&dev_attr_model.attr,
+	&dev_attr_swap_feed_spindle.attr,
 	&dev_attr_awake.attr,
 	NULL
 };

@@ -133,6 +133,7 @@ struct xhc_dro {
  * struct xhc_pendant - a pendant
  * @hdev: its HID device
  * @model: what kind of pendant it is
+ * @swap_feed_spindle: the unit has these two positions of the selector the other way round
  * @buttons: keys, selector and wheel
  * @dro: the display
  * @pm: hears of a system suspend before any device does
@@ -141,6 +142,7 @@ struct xhc_dro {
 struct xhc_pendant {
 	struct hid_device *hdev;
 	const struct xhc_model *model;
+	bool swap_feed_spindle;
 	struct xhc_buttons buttons;
 	struct xhc_dro dro;
 	struct notifier_block pm;

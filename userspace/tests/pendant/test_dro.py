@@ -75,6 +75,7 @@ class TestShape(Case):
              'frame_errors'), read_only)
         for name in ('model', 'awake'):
             assert os.stat(pendant.file(name)).st_mode & 0o777 == read_only
+        assert os.stat(pendant.file('swap_feed_spindle')).st_mode & 0o777 == read_write
 
     @staticmethod
     def modes(folder):

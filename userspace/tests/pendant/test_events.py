@@ -204,6 +204,38 @@ class TestSelector(Case):
         self.turn_through(self.plug(model), {code: swap.get(position, position)
                                              for code, position in SELECTOR[model].items()})
 
+    def test_swap_feed_spindle_of_one_pendant(self):
+        """It acts on the next report, also while the selector is at one of the two."""
+        one, two = self.plug(), self.plug()
+        for pendant in (one, two):
+            assert pendant.get('swap_feed_spindle') == '0'
+            pendant.report(selector=0x15)
+            self.assert_packet(pendant, selected(0, 5))
+        one.set('swap_feed_spindle', 'Y')
+        assert one.get('swap_feed_spindle') == '1'
+        assert two.get('swap_feed_spindle') == '0'
+        for pendant in (one, two):
+            pendant.report(selector=0x15)
+        self.assert_packet(one, selected(5, 6))
+        self.assert_silent(two)
+        one.set('swap_feed_spindle', '0')
+        one.report(selector=0x15)
+        self.assert_packet(one, selected(6, 5))
+        assert one.set_error('swap_feed_spindle', 'x') == 'EINVAL'
+
+    def test_swap_feed_spindle_parameter_is_the_default(self):
+        """Of a pendant that is plugged in from now on."""
+        before = self.plug()
+        write_file(PARAMETER, 'Y')
+        self.add_cleanup(write_file, PARAMETER, 'N')
+        after = self.plug()
+        assert before.get('swap_feed_spindle') == '0'
+        assert after.get('swap_feed_spindle') == '1'
+        before.report(selector=0x15)
+        self.assert_packet(before, selected(0, 5))
+        after.report(selector=0x15)
+        self.assert_packet(after, selected(0, 6))
+
     def test_swap_feed_spindle_is_a_load_parameter(self):
         rig.unload()
         rig.load('swap_feed_spindle=1')

@@ -154,8 +154,9 @@ def test_page_on_pendants():
                             'code 734 (BTN_TRIGGER_HAPPY31), value 1',
                             'code 7 (REL_DIAL), value 3', ready='Testing')
             pendant_layouts(document, plugged)
-            document.run('echo Y > /sys/module/hid_xhc/parameters/swap_feed_spindle')
-            write_file('/sys/module/hid_xhc/parameters/swap_feed_spindle', 'N')
+            document.run('echo 1 | tee /sys/bus/hid/drivers/hid-xhc/*/swap_feed_spindle')
+            assert read_file(plugged.path('swap_feed_spindle')) == '1\n'
+            write_file(plugged.path('swap_feed_spindle'), '0')
             document.run('echo options hid-xhc swap_feed_spindle=Y > /etc/modprobe.d/hid-xhc.conf')
             assert 'swap_feed_spindle=Y' in command('modprobe', '-c'), 'modprobe does not know'
             os.unlink('/etc/modprobe.d/hid-xhc.conf')
