@@ -80,7 +80,10 @@ static int xhc_raw_event(struct hid_device *hdev, struct hid_report *report, u8 
 	return 0;	/* hidraw sees it too */
 }
 
-/* The reports that the driver works with must be there, and as long as it takes them to be */
+/*
+ * Refuse a device whose descriptor lacks the two reports that the driver relies on. The sizes are
+ * compared in bits: hid_validate_values() counts values, whatever their size.
+ */
 static int xhc_check_reports(struct hid_device *hdev)
 {
 	const struct hid_report *input =
@@ -130,7 +133,7 @@ static int xhc_probe(struct hid_device *hdev, const struct hid_device_id *id)
 	if (!pendant)
 		return -ENOMEM;
 	pendant->hdev = hdev;
-	pendant->model = xhc_model_find(id->product);
+	pendant->model = xhc_model_find(id->driver_data);
 	if (!pendant->model)
 		return -ENODEV;
 	pendant->swap_feed_spindle = swap_feed_spindle;
@@ -226,10 +229,13 @@ static int xhc_resume(struct hid_device *hdev)
 	return 0;
 }
 
-/* Exact products, never the vendor alone: it makes other things as well */
+/*
+ * Exact products, never the vendor alone: it makes other things as well. driver_data is the
+ * product id of the model, so that new_id can bind a clone with another id.
+ */
 static const struct hid_device_id xhc_devices[] = {
-	{ HID_USB_DEVICE(XHC_VENDOR_ID, XHC_PRODUCT_HB03) },
-	{ HID_USB_DEVICE(XHC_VENDOR_ID, XHC_PRODUCT_HB04) },
+	{ HID_USB_DEVICE(XHC_VENDOR_ID, XHC_PRODUCT_HB03), .driver_data = XHC_PRODUCT_HB03 },
+	{ HID_USB_DEVICE(XHC_VENDOR_ID, XHC_PRODUCT_HB04), .driver_data = XHC_PRODUCT_HB04 },
 	{ }
 };
 MODULE_DEVICE_TABLE(hid, xhc_devices);

@@ -16,25 +16,17 @@
 
 #include "xhc.h"
 
-/* One of several attributes that differ by a number only */
-struct xhc_attribute {
-	struct device_attribute attr;
-	unsigned int index;
-};
-
-#define XHC_ATTR_RW(_name, _show, _store, _index)					\
-	static struct xhc_attribute xhc_attr_##_name = {				\
-		.attr = __ATTR(_name, 0644, _show, _store), .index = (_index),		\
+/* Attributes that share their show and store, and differ by an index */
+#define XHC_ATTR(_name, _mode, _show, _store, _index)				\
+	static struct dev_ext_attribute xhc_attr_##_name = {			\
+		__ATTR(_name, _mode, _show, _store), (void *)(_index)		\
 	}
-
-#define XHC_ATTR_RO(_name, _show, _index)						\
-	static struct xhc_attribute xhc_attr_##_name = {				\
-		.attr = __ATTR(_name, 0444, _show, NULL), .index = (_index),		\
-	}
+#define XHC_ATTR_RW(_name, _show, _store, _index)	XHC_ATTR(_name, 0644, _show, _store, _index)
+#define XHC_ATTR_RO(_name, _show, _index)		XHC_ATTR(_name, 0444, _show, NULL, _index)
 
 static unsigned int xhc_attr_index(const struct device_attribute *attr)
 {
-	return container_of(attr, struct xhc_attribute, attr)->index;
+	return (uintptr_t)container_of(attr, struct dev_ext_attribute, attr)->var;
 }
 
 static int xhc_parse_number(const char *buf, int min, int max, int *number)
@@ -50,7 +42,7 @@ static int xhc_parse_number(const char *buf, int min, int max, int *number)
 	return 0;
 }
 
-static ssize_t position_one_show(struct device *dev, struct device_attribute *attr, char *buf)
+static ssize_t axis_show(struct device *dev, struct device_attribute *attr, char *buf)
 {
 	struct xhc_pendant *pendant = dev_get_drvdata(dev);
 	char text[XHC_POSITION_TEXT];
@@ -60,8 +52,8 @@ static ssize_t position_one_show(struct device *dev, struct device_attribute *at
 	return sysfs_emit(buf, "%s\n", text);
 }
 
-static ssize_t position_one_store(struct device *dev, struct device_attribute *attr,
-				  const char *buf, size_t count)
+static ssize_t axis_store(struct device *dev, struct device_attribute *attr,
+			  const char *buf, size_t count)
 {
 	struct xhc_pendant *pendant = dev_get_drvdata(dev);
 	s32 units;
@@ -77,12 +69,12 @@ static ssize_t position_one_store(struct device *dev, struct device_attribute *a
 	return count;
 }
 
-XHC_ATTR_RW(work_x, position_one_show, position_one_store, XHC_WORK_X);
-XHC_ATTR_RW(work_y, position_one_show, position_one_store, XHC_WORK_Y);
-XHC_ATTR_RW(work_z, position_one_show, position_one_store, XHC_WORK_Z);
-XHC_ATTR_RW(machine_x, position_one_show, position_one_store, XHC_MACHINE_X);
-XHC_ATTR_RW(machine_y, position_one_show, position_one_store, XHC_MACHINE_Y);
-XHC_ATTR_RW(machine_z, position_one_show, position_one_store, XHC_MACHINE_Z);
+XHC_ATTR_RW(work_x, axis_show, axis_store, XHC_WORK_X);
+XHC_ATTR_RW(work_y, axis_show, axis_store, XHC_WORK_Y);
+XHC_ATTR_RW(work_z, axis_show, axis_store, XHC_WORK_Z);
+XHC_ATTR_RW(machine_x, axis_show, axis_store, XHC_MACHINE_X);
+XHC_ATTR_RW(machine_y, axis_show, axis_store, XHC_MACHINE_Y);
+XHC_ATTR_RW(machine_z, axis_show, axis_store, XHC_MACHINE_Z);
 
 static ssize_t position_show(struct device *dev, struct device_attribute *attr, char *buf)
 {

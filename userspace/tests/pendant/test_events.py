@@ -15,6 +15,7 @@ from case import row
 from driven import MODELS
 import rig
 from rig import KEY, PARAMETER, Case, pressed, read_file, released, selected, turned, write_file
+from xhc_sim import find
 
 EVIOCGKEYCODE, EVIOCSKEYCODE = 0x80084504, 0x40084504
 EVIOCGKEYCODE_V2, EVIOCSKEYCODE_V2 = 0x80284504, 0x40284504
@@ -79,6 +80,26 @@ class TestDevice(Case):
         later = rig.EvdevReader(pendant.event_node)
         self.add_cleanup(later.close)
         assert later.device.value[rig.libevdev.EV_ABS.ABS_MISC] == 2
+
+    def test_clone_by_new_id(self):
+        """The last number is the product id of the model that the clone is like."""
+        self.add_cleanup(rig.load)
+        self.add_cleanup(rig.unload)
+        write_file(rig.DRIVER_DIR + '/new_id', '3 10ce eb71 eb70')
+        clone = self.plug('HB04', product=0xEB71)
+        assert clone.get('model') == 'HB04'
+        assert clone.reader.device.id['product'] == 0xEB71
+        clone.report(3)
+        self.assert_packet(clone, pressed(3))
+        for product, model in ((0xEB72, '0'), (0xEB74, 'eb71'), (0xEB75, 'ffffffffffffffff')):
+            with row(model=model):
+                write_file(rig.DRIVER_DIR + '/new_id', '3 10ce %x %s' % (product, model))
+                device = rig.UhidPendant('HB04', product=product)
+                device.plug()
+                self.add_cleanup(device.unplug)
+                path = rig.wait(lambda phys=device.phys: find.hid_directory(phys))
+                assert path
+                assert not rig.takes(path)
 
     def test_two_pendants_differ_by_phys(self):
         one, two = self.plug(), self.plug()
