@@ -50,7 +50,7 @@ struct report_row {
 	u8 day;
 	bool swap;
 	u8 data[6];
-	struct xhc_input want;
+	struct xhc_input_state want;
 };
 
 static const struct report_row report_rows[] = {
@@ -135,7 +135,7 @@ static void report_test(struct kunit *test)
 {
 	const struct report_row *row = test->param_value;
 	u8 *data = exact(test, row->data, sizeof(row->data));
-	struct xhc_input in;
+	struct xhc_input_state in;
 
 	memset(&in, 0xa5, sizeof(in));
 	KUNIT_ASSERT_EQ(test, 0, xhc_decode_report(xhc_model_find(row->product), data,
@@ -152,7 +152,7 @@ static void report_test(struct kunit *test)
 static void report_refused_test(struct kunit *test)
 {
 	static const u8 good[8] = { 4, 1, 2, 0x11, 5, 6 };
-	struct xhc_input in, before;
+	struct xhc_input_state in, before;
 
 	memset(&in, 0xa5, sizeof(in));
 	before = in;

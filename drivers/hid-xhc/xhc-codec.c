@@ -127,9 +127,9 @@ static bool xhc_decode_selector(const struct xhc_model *model, u8 code, bool swa
  * Return: 0, or -EINVAL for a report of another size or id.
  */
 int xhc_decode_report(const struct xhc_model *model, const u8 *data, size_t size,
-		      bool swap_feed_spindle, struct xhc_input *in)
+		      bool swap_feed_spindle, struct xhc_input_state *in)
 {
-	const struct xhc_report *report = (const void *)data;
+	const struct xhc_input_report *report = (const void *)data;
 
 	if (size != sizeof(*report) || report->id != XHC_INPUT_ID)
 		return -EINVAL;
@@ -156,7 +156,7 @@ int xhc_decode_report(const struct xhc_model *model, const u8 *data, size_t size
  */
 bool xhc_report_matches(const struct xhc_model *model, const u8 *data, u8 day)
 {
-	const struct xhc_report *report = (const void *)data;
+	const struct xhc_input_report *report = (const void *)data;
 
 	return report->day_xor == (day ^ report->key[0]);
 }

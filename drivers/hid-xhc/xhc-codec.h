@@ -100,17 +100,17 @@ const struct xhc_model *xhc_model_find(u32 product);
  * Keys are 00h when none is down; the wheel is signed, clockwise positive. All zero
  * behind the id: the pendant falls asleep.
  */
-struct xhc_report {
+struct xhc_input_report {
 	u8 id;
 	u8 key[XHC_KEY_SLOTS];
 	u8 selector;
 	s8 wheel;
 	u8 day_xor;
 } __packed;
-static_assert(sizeof(struct xhc_report) == 6);
+static_assert(sizeof(struct xhc_input_report) == 6);
 
 /**
- * struct xhc_input - what one input report says
+ * struct xhc_input_state - what one input report says
  * @key: scan codes of the keys that are down, 0 for an empty slot
  * @selector: enum xhc_selector
  * @wheel: detents since the last report, clockwise positive
@@ -119,7 +119,7 @@ static_assert(sizeof(struct xhc_report) == 6);
  * @selector_code: code of @selector, as it came
  * @selector_ok: the model knows that code
  */
-struct xhc_input {
+struct xhc_input_state {
 	u8 key[XHC_KEY_SLOTS];
 	u8 selector;
 	s8 wheel;
@@ -130,7 +130,7 @@ struct xhc_input {
 };
 
 int xhc_decode_report(const struct xhc_model *model, const u8 *data, size_t size,
-		      bool swap_feed_spindle, struct xhc_input *in);
+		      bool swap_feed_spindle, struct xhc_input_state *in);
 bool xhc_report_matches(const struct xhc_model *model, const u8 *data, u8 day);
 
 /**

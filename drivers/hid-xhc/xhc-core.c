@@ -25,15 +25,15 @@ MODULE_PARM_DESC(swap_feed_spindle,
 
 /**
  * xhc_send_report() - send one feature report and wait until the pendant has taken it
- * @pendant: the pendant
+ * @xhc: the pendant
  * @report: report 06h with its id, in memory fit for DMA
  *
  * Return: 0 on success, -EPIPE if the pendant stalled it, -ETIMEDOUT if it did not answer,
  * -ENODEV if it has gone or is suspended, -ENOMEM, or -EIO for any other failure.
  */
-int xhc_send_report(struct xhc_pendant *pendant, u8 report[XHC_CHUNK_SIZE])
+int xhc_send_report(struct xhc_device *xhc, u8 report[XHC_CHUNK_SIZE])
 {
-	int ret = hid_hw_raw_request(pendant->hdev, report[0], report, XHC_CHUNK_SIZE,
+	int ret = hid_hw_raw_request(xhc->hdev, report[0], report, XHC_CHUNK_SIZE,
 				     HID_FEATURE_REPORT, HID_REQ_SET_REPORT);
 
 	switch (ret) {
@@ -55,28 +55,28 @@ int xhc_send_report(struct xhc_pendant *pendant, u8 report[XHC_CHUNK_SIZE])
 
 static int xhc_raw_event(struct hid_device *hdev, struct hid_report *report, u8 *data, int size)
 {
-	struct xhc_pendant *pendant = hid_get_drvdata(hdev);
-	struct xhc_input in;
+	struct xhc_device *xhc = hid_get_drvdata(hdev);
+	struct xhc_input_state in;
 	int err;
 
 	if (report->type != HID_INPUT_REPORT)
 		return 0;
 
-	err = xhc_decode_report(pendant->model, data, size,
-				READ_ONCE(pendant->swap_feed_spindle), &in);
+	err = xhc_decode_report(xhc->model, data, size,
+				READ_ONCE(xhc->swap_feed_spindle), &in);
 	trace_xhc_report(hdev, data, size, err);
 
-	xhc_count(pendant, XHC_REPORTS);
+	xhc_count(xhc, XHC_REPORTS);
 	if (err) {
-		xhc_count(pendant, XHC_BAD_REPORTS);
+		xhc_count(xhc, XHC_BAD_REPORTS);
 		return 0;
 	}
-	if (!in.asleep && !xhc_dro_report(pendant, data, in.day))
-		xhc_count(pendant, XHC_XOR_MISMATCHES);
+	if (!in.asleep && !xhc_dro_report(xhc, data, in.day))
+		xhc_count(xhc, XHC_XOR_MISMATCHES);
 
 	/* a wireless pendant misses the frames that are sent while it sleeps */
-	if (xhc_input_report(pendant, &in))
-		xhc_dro_lost(pendant);
+	if (xhc_input_emit(xhc, &in))
+		xhc_dro_lost(xhc);
 	return 0;	/* hidraw sees it too */
 }
 
@@ -91,7 +91,7 @@ static int xhc_check_reports(struct hid_device *hdev)
 	struct hid_report *feature =
 		hdev->report_enum[HID_FEATURE_REPORT].report_id_hash[XHC_FEATURE_ID];
 
-	if (input && input->size == 8 * (sizeof(struct xhc_report) - 1) &&
+	if (input && input->size == 8 * (sizeof(struct xhc_input_report) - 1) &&
 	    feature && feature->size >= 8 * XHC_CHUNK_PAYLOAD)
 		return 0;
 
@@ -105,20 +105,20 @@ static int xhc_check_reports(struct hid_device *hdev)
  * while programs still run and can see it. xhc_resume() lets reports through again, or this
  * does when the suspend was called off before it came to the pendant.
  */
-static int xhc_pm_notify(struct notifier_block *pm, unsigned long event, void *unused)
+static int xhc_pm_notify(struct notifier_block *pm_nb, unsigned long event, void *unused)
 {
-	struct xhc_pendant *pendant = container_of(pm, struct xhc_pendant, pm);
+	struct xhc_device *xhc = container_of(pm_nb, struct xhc_device, pm_nb);
 
 	switch (event) {
 	case PM_SUSPEND_PREPARE:
 	case PM_HIBERNATION_PREPARE:
 	case PM_RESTORE_PREPARE:
-		xhc_input_stop(pendant);
+		xhc_input_stop(xhc);
 		break;
 	case PM_POST_SUSPEND:
 	case PM_POST_HIBERNATION:
 	case PM_POST_RESTORE:
-		xhc_input_start(pendant);
+		xhc_input_start(xhc);
 		break;
 	}
 	return NOTIFY_DONE;
@@ -126,18 +126,18 @@ static int xhc_pm_notify(struct notifier_block *pm, unsigned long event, void *u
 
 static int xhc_probe(struct hid_device *hdev, const struct hid_device_id *id)
 {
-	struct xhc_pendant *pendant;
+	struct xhc_device *xhc;
 	int err;
 
-	pendant = devm_kzalloc(&hdev->dev, sizeof(*pendant), GFP_KERNEL);
-	if (!pendant)
+	xhc = devm_kzalloc(&hdev->dev, sizeof(*xhc), GFP_KERNEL);
+	if (!xhc)
 		return -ENOMEM;
-	pendant->hdev = hdev;
-	pendant->model = xhc_model_find(id->driver_data);
-	if (!pendant->model)
+	xhc->hdev = hdev;
+	xhc->model = xhc_model_find(id->driver_data);
+	if (!xhc->model)
 		return -ENODEV;
-	pendant->swap_feed_spindle = swap_feed_spindle;
-	hid_set_drvdata(hdev, pendant);
+	xhc->swap_feed_spindle = swap_feed_spindle;
+	hid_set_drvdata(hdev, xhc);
 
 	err = hid_parse(hdev);
 	if (err)
@@ -145,10 +145,10 @@ static int xhc_probe(struct hid_device *hdev, const struct hid_device_id *id)
 	err = xhc_check_reports(hdev);
 	if (err)
 		return err;
-	err = xhc_dro_init(pendant);
+	err = xhc_dro_init(xhc);
 	if (err)
 		return err;
-	err = xhc_input_init(pendant);
+	err = xhc_input_init(xhc);
 	if (err)
 		return err;
 
@@ -158,54 +158,54 @@ static int xhc_probe(struct hid_device *hdev, const struct hid_device_id *id)
 	/* a pendant that is put to sleep between two detents loses the next one */
 	err = hid_hw_power(hdev, PM_HINT_FULLON);
 	if (err < 0)
-		goto stop;
+		goto err_stop;
 	err = hid_hw_open(hdev);
 	if (err)
-		goto power;
+		goto err_power;
 
 	/* all works before the first program can hear of the input device: that comes last */
-	xhc_input_start(pendant);
+	xhc_input_start(xhc);
 	hid_device_io_start(hdev);
-	xhc_dro_start(pendant);
-	pendant->pm.notifier_call = xhc_pm_notify;
-	err = register_pm_notifier(&pendant->pm);
+	xhc_dro_start(xhc);
+	xhc->pm_nb.notifier_call = xhc_pm_notify;
+	err = register_pm_notifier(&xhc->pm_nb);
 	if (err)
-		goto io;
-	err = xhc_sysfs_add(pendant);
+		goto err_io;
+	err = xhc_sysfs_add(xhc);
 	if (err)
-		goto pm;
-	err = xhc_input_register(pendant);
+		goto err_pm;
+	err = xhc_input_register(xhc);
 	if (err)
-		goto sysfs;
+		goto err_sysfs;
 
-	hid_info(hdev, "XHC %s pendant\n", pendant->model->name);
+	hid_info(hdev, "XHC %s pendant\n", xhc->model->name);
 	return 0;
 
-sysfs:
-	xhc_sysfs_remove(pendant);
-pm:
-	unregister_pm_notifier(&pendant->pm);
-io:
+err_sysfs:
+	xhc_sysfs_remove(xhc);
+err_pm:
+	unregister_pm_notifier(&xhc->pm_nb);
+err_io:
 	/* reports start the display's worker: they stop first */
 	hid_device_io_stop(hdev);
-	xhc_dro_stop(pendant);
+	xhc_dro_stop(xhc);
 	hid_hw_close(hdev);
-power:
+err_power:
 	hid_hw_power(hdev, PM_HINT_NORMAL);
-stop:
+err_stop:
 	hid_hw_stop(hdev);
 	return err;
 }
 
 static void xhc_remove(struct hid_device *hdev)
 {
-	struct xhc_pendant *pendant = hid_get_drvdata(hdev);
+	struct xhc_device *xhc = hid_get_drvdata(hdev);
 
-	unregister_pm_notifier(&pendant->pm);
+	unregister_pm_notifier(&xhc->pm_nb);
 	/* no report comes while the HID core removes */
-	xhc_input_stop(pendant);
-	xhc_dro_stop(pendant);
-	xhc_sysfs_remove(pendant);
+	xhc_input_stop(xhc);
+	xhc_dro_stop(xhc);
+	xhc_sysfs_remove(xhc);
 	hid_hw_close(hdev);
 	hid_hw_power(hdev, PM_HINT_NORMAL);
 	hid_hw_stop(hdev);
@@ -213,19 +213,19 @@ static void xhc_remove(struct hid_device *hdev)
 
 static int xhc_suspend(struct hid_device *hdev, pm_message_t message)
 {
-	struct xhc_pendant *pendant = hid_get_drvdata(hdev);
+	struct xhc_device *xhc = hid_get_drvdata(hdev);
 
-	xhc_input_stop(pendant);
-	xhc_dro_stop(pendant);
+	xhc_input_stop(xhc);
+	xhc_dro_stop(xhc);
 	return 0;
 }
 
 static int xhc_resume(struct hid_device *hdev)
 {
-	struct xhc_pendant *pendant = hid_get_drvdata(hdev);
+	struct xhc_device *xhc = hid_get_drvdata(hdev);
 
-	xhc_input_start(pendant);
-	xhc_dro_start(pendant);
+	xhc_input_start(xhc);
+	xhc_dro_start(xhc);
 	return 0;
 }
 

@@ -94,11 +94,11 @@ static void xhc_dro_end_flushes(struct xhc_dro *dro, struct list_head *flushes, 
 	}
 }
 
-static int xhc_dro_send(struct xhc_pendant *pendant, const u8 *payload, size_t size)
+static int xhc_dro_send(struct xhc_device *xhc, const u8 *payload, size_t size)
 {
-	struct xhc_dro *dro = &pendant->dro;
+	struct xhc_dro *dro = &xhc->dro;
 
-	for (unsigned int i = 0; i < pendant->model->chunks; i++) {
+	for (unsigned int i = 0; i < xhc->model->chunks; i++) {
 		int err;
 
 		/* stopping: do not begin another transfer */
@@ -106,7 +106,7 @@ static int xhc_dro_send(struct xhc_pendant *pendant, const u8 *payload, size_t s
 			return -ENODEV;
 
 		xhc_encode_chunk(payload, size, i, dro->report);
-		err = xhc_send_report(pendant, dro->report);
+		err = xhc_send_report(xhc, dro->report);
 		if (err)
 			return err;
 	}
@@ -114,14 +114,14 @@ static int xhc_dro_send(struct xhc_pendant *pendant, const u8 *payload, size_t s
 }
 
 /* Return: 0, also when there was nothing to send, or the error of the transfer */
-static int xhc_dro_frame(struct xhc_pendant *pendant, const struct xhc_display *display,
+static int xhc_dro_frame(struct xhc_device *xhc, const struct xhc_display *display,
 			 bool force)
 {
-	struct xhc_dro *dro = &pendant->dro;
+	struct xhc_dro *dro = &xhc->dro;
 	u8 payload[XHC_PAYLOAD_MAX];
 	int size, err;
 
-	size = xhc_encode_payload(pendant->model, display, payload);
+	size = xhc_encode_payload(xhc->model, display, payload);
 	if (size < 0)
 		return size;
 	if (!force && size == dro->shown_size && !memcmp(payload, dro->shown, size))
@@ -130,20 +130,20 @@ static int xhc_dro_frame(struct xhc_pendant *pendant, const struct xhc_display *
 	dro->shown_size = 0;
 	WRITE_ONCE(dro->day_on_its_way, display->day);
 	WRITE_ONCE(dro->sending, true);
-	err = xhc_dro_send(pendant, payload, size);
+	err = xhc_dro_send(xhc, payload, size);
 	if (!err)
 		WRITE_ONCE(dro->day, display->day);
 	WRITE_ONCE(dro->sending, false);
-	trace_xhc_frame(pendant->hdev, payload, size, err);
+	trace_xhc_frame(xhc->hdev, payload, size, err);
 	if (err) {
-		xhc_count(pendant, XHC_FRAME_ERRORS);
+		xhc_count(xhc, XHC_FRAME_ERRORS);
 		if (!dro->failing && err != -ENODEV)
-			hid_warn_ratelimited(pendant->hdev, "display frame not taken: %d\n", err);
+			hid_warn_ratelimited(xhc->hdev, "display frame not taken: %d\n", err);
 		dro->failing = err != -ENODEV;
 		return err;
 	}
 
-	xhc_count(pendant, XHC_FRAMES_SENT);
+	xhc_count(xhc, XHC_FRAMES_SENT);
 	memcpy(dro->shown, payload, size);
 	dro->shown_size = size;
 	dro->failing = false;
@@ -153,7 +153,7 @@ static int xhc_dro_frame(struct xhc_pendant *pendant, const struct xhc_display *
 static void xhc_dro_work(struct work_struct *work)
 {
 	struct xhc_dro *dro = container_of(to_delayed_work(work), struct xhc_dro, work);
-	struct xhc_pendant *pendant = container_of(dro, struct xhc_pendant, dro);
+	struct xhc_device *xhc = container_of(dro, struct xhc_device, dro);
 	struct xhc_display display;
 	LIST_HEAD(flushes);
 	bool force;
@@ -179,7 +179,7 @@ static void xhc_dro_work(struct work_struct *work)
 		WRITE_ONCE(dro->lost, false);
 		dro->shown_size = 0;
 	}
-	err = xhc_dro_frame(pendant, &display, force);
+	err = xhc_dro_frame(xhc, &display, force);
 
 	guard(mutex)(&dro->lock);
 	dro->next = ktime_add_ms(ktime_get(), err ? XHC_RETRY_MS : dro->refresh_ms);
@@ -202,12 +202,12 @@ static enum hrtimer_restart xhc_dro_midnight(struct hrtimer *timer)
 
 /**
  * xhc_dro_changed() - have a frame sent when one is due
- * @pendant: the pendant, with the lock of its display held and new values in it
+ * @xhc: the pendant, with the lock of its display held and new values in it
  */
-void xhc_dro_changed(struct xhc_pendant *pendant)
+void xhc_dro_changed(struct xhc_device *xhc)
 {
 	ktime_t soon = ktime_add_ms(ktime_get(), XHC_BURST_MS);
-	struct xhc_dro *dro = &pendant->dro;
+	struct xhc_dro *dro = &xhc->dro;
 
 	if (!dro->changed && ktime_before(dro->next, soon))
 		dro->next = soon;
@@ -217,16 +217,16 @@ void xhc_dro_changed(struct xhc_pendant *pendant)
 
 /**
  * xhc_dro_flush() - send a frame now, also when nothing has changed, and wait for it
- * @pendant: the pendant
+ * @xhc: the pendant
  *
  * Context: sleeps as long as the transfer takes.
  *
  * Return: 0 when the pendant has taken the frame, the error of xhc_send_report() when it
  * has not, -ENODEV when it goes away or is suspended, -ERESTARTSYS on a signal.
  */
-int xhc_dro_flush(struct xhc_pendant *pendant)
+int xhc_dro_flush(struct xhc_device *xhc)
 {
-	struct xhc_dro *dro = &pendant->dro;
+	struct xhc_dro *dro = &xhc->dro;
 	struct xhc_flush flush;
 	int err;
 
@@ -249,13 +249,13 @@ int xhc_dro_flush(struct xhc_pendant *pendant)
 
 /**
  * xhc_dro_lost() - have a frame sent because it is not known what the pendant shows
- * @pendant: the pendant
+ * @xhc: the pendant
  *
  * Context: any.
  */
-void xhc_dro_lost(struct xhc_pendant *pendant)
+void xhc_dro_lost(struct xhc_device *xhc)
 {
-	struct xhc_dro *dro = &pendant->dro;
+	struct xhc_dro *dro = &xhc->dro;
 
 	WRITE_ONCE(dro->lost, true);
 	xhc_dro_schedule(dro, 0);
@@ -263,7 +263,7 @@ void xhc_dro_lost(struct xhc_pendant *pendant)
 
 /**
  * xhc_dro_report() - check whether a report returns the day that the pendant was sent
- * @pendant: the pendant
+ * @xhc: the pendant
  * @data: the report
  * @day: the day that it returns
  *
@@ -277,10 +277,10 @@ void xhc_dro_lost(struct xhc_pendant *pendant)
  *
  * Return: true if it is the day of the last frame that was taken or of one that is on its way.
  */
-bool xhc_dro_report(struct xhc_pendant *pendant, const u8 *data, u8 day)
+bool xhc_dro_report(struct xhc_device *xhc, const u8 *data, u8 day)
 {
-	const struct xhc_model *model = pendant->model;
-	struct xhc_dro *dro = &pendant->dro;
+	const struct xhc_model *model = xhc->model;
+	struct xhc_dro *dro = &xhc->dro;
 	u8 sent = READ_ONCE(dro->day);
 	ktime_t now = ktime_get();
 	bool match = xhc_report_matches(model, data, sent) ||
@@ -295,7 +295,7 @@ bool xhc_dro_report(struct xhc_pendant *pendant, const u8 *data, u8 day)
 	} else if (day != dro->returned ||
 		   (dro->returns_day && ktime_ms_delta(now, dro->answered) >= XHC_RETRY_MS)) {
 		dro->answered = now;
-		xhc_dro_lost(pendant);
+		xhc_dro_lost(xhc);
 	}
 	dro->returned = day;
 	return match;
@@ -303,11 +303,11 @@ bool xhc_dro_report(struct xhc_pendant *pendant, const u8 *data, u8 day)
 
 /**
  * xhc_dro_start() - begin to send frames, with one at once: who knows what is shown
- * @pendant: the pendant
+ * @xhc: the pendant
  */
-void xhc_dro_start(struct xhc_pendant *pendant)
+void xhc_dro_start(struct xhc_device *xhc)
 {
-	struct xhc_dro *dro = &pendant->dro;
+	struct xhc_dro *dro = &xhc->dro;
 
 	guard(mutex)(&dro->lock);
 	WRITE_ONCE(dro->running, true);
@@ -320,13 +320,13 @@ void xhc_dro_start(struct xhc_pendant *pendant)
 
 /**
  * xhc_dro_stop() - send no more frames; a flush that waits for one ends with -ENODEV
- * @pendant: the pendant
+ * @xhc: the pendant
  *
  * Context: sleeps until the transfer in flight is over.
  */
-void xhc_dro_stop(struct xhc_pendant *pendant)
+void xhc_dro_stop(struct xhc_device *xhc)
 {
-	struct xhc_dro *dro = &pendant->dro;
+	struct xhc_dro *dro = &xhc->dro;
 
 	scoped_guard(mutex, &dro->lock)
 		WRITE_ONCE(dro->running, false);
@@ -338,13 +338,13 @@ void xhc_dro_stop(struct xhc_pendant *pendant)
 
 /**
  * xhc_dro_init() - make a display that shows zeros; it starts stopped
- * @pendant: the pendant
+ * @xhc: the pendant
  *
  * Return: 0 or -ENOMEM.
  */
-int xhc_dro_init(struct xhc_pendant *pendant)
+int xhc_dro_init(struct xhc_device *xhc)
 {
-	struct xhc_dro *dro = &pendant->dro;
+	struct xhc_dro *dro = &xhc->dro;
 
 	mutex_init(&dro->lock);
 	INIT_LIST_HEAD(&dro->flushes);
@@ -354,6 +354,6 @@ int xhc_dro_init(struct xhc_pendant *pendant)
 	dro->returned = -1;
 
 	/* memory of its own: the bus does DMA from it */
-	dro->report = devm_kmalloc(&pendant->hdev->dev, XHC_CHUNK_SIZE, GFP_KERNEL);
+	dro->report = devm_kmalloc(&xhc->hdev->dev, XHC_CHUNK_SIZE, GFP_KERNEL);
 	return dro->report ? 0 : -ENOMEM;
 }

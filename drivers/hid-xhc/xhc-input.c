@@ -21,16 +21,16 @@
  */
 #define XHC_EVENTS_HINT		128
 
-static u16 xhc_keycode(const struct xhc_buttons *buttons, unsigned int scan)
+static u16 xhc_keycode(const struct xhc_evdev *evdev, unsigned int scan)
 {
-	return READ_ONCE(buttons->keymap[scan]);
+	return READ_ONCE(evdev->keymap[scan]);
 }
 
 /*
  * A key keeps the key code that it went down with: a remapping while it is held changes what
  * its next press means, and the release ends what the press began.
  */
-static void xhc_new_keycodes(const struct xhc_buttons *buttons, const struct xhc_input *in,
+static void xhc_new_keycodes(const struct xhc_evdev *evdev, const struct xhc_input_state *in,
 			     u16 keycode[XHC_KEY_SLOTS])
 {
 	for (size_t i = 0; i < XHC_KEY_SLOTS; i++) {
@@ -38,55 +38,55 @@ static void xhc_new_keycodes(const struct xhc_buttons *buttons, const struct xhc
 
 		if (!code || code > XHC_KEY_MAX)
 			keycode[i] = KEY_RESERVED;
-		else if (code == buttons->last.key[0])
-			keycode[i] = buttons->keycode[0];
-		else if (code == buttons->last.key[1])
-			keycode[i] = buttons->keycode[1];
+		else if (code == evdev->last.key[0])
+			keycode[i] = evdev->keycode[0];
+		else if (code == evdev->last.key[1])
+			keycode[i] = evdev->keycode[1];
 		else
-			keycode[i] = xhc_keycode(buttons, code);
+			keycode[i] = xhc_keycode(evdev, code);
 	}
 }
 
 /* A key code is down while any key or the selector holds it down */
-static void xhc_report_keycode(struct xhc_buttons *buttons, u16 keycode)
+static void xhc_emit_keycode(struct xhc_evdev *evdev, u16 keycode)
 {
-	bool down = keycode == buttons->selector_keycode;
+	bool down = keycode == evdev->selector_keycode;
 
 	for (size_t i = 0; i < XHC_KEY_SLOTS; i++)
-		down |= keycode == buttons->keycode[i];
-	input_report_key(buttons->dev, keycode, down);
+		down |= keycode == evdev->keycode[i];
+	input_report_key(evdev->dev, keycode, down);
 }
 
 /*
  * The selector is reported always. The input core drops what is no change, and it has dropped
  * what came while the device was inhibited.
  */
-static void xhc_report_selector(struct xhc_buttons *buttons, const struct xhc_input *in,
-				u16 was)
+static void xhc_emit_selector(struct xhc_evdev *evdev, const struct xhc_input_state *in,
+			      u16 was)
 {
-	input_report_abs(buttons->dev, ABS_MISC, in->selector);
-	if (was != buttons->selector_keycode)
-		xhc_report_keycode(buttons, was);
-	xhc_report_keycode(buttons, buttons->selector_keycode);
+	input_report_abs(evdev->dev, ABS_MISC, in->selector);
+	if (was != evdev->selector_keycode)
+		xhc_emit_keycode(evdev, was);
+	xhc_emit_keycode(evdev, evdev->selector_keycode);
 }
 
 /* Return: number of keys that went down with a scan code outside the known range */
-static unsigned int xhc_report_keys(struct xhc_buttons *buttons, const struct xhc_input *in,
-				    const u16 was[XHC_KEY_SLOTS])
+static unsigned int xhc_emit_keys(struct xhc_evdev *evdev, const struct xhc_input_state *in,
+				  const u16 was[XHC_KEY_SLOTS])
 {
 	struct xhc_key_change change[XHC_KEY_CHANGES_MAX];
-	unsigned int n = xhc_key_changes(buttons->last.key, in->key, change);
+	unsigned int n = xhc_key_changes(evdev->last.key, in->key, change);
 	unsigned int unknown = 0;
 
 	for (unsigned int i = 0; i < n; i++) {
-		const u8 *key = change[i].down ? in->key : buttons->last.key;
-		const u16 *keycode = change[i].down ? buttons->keycode : was;
+		const u8 *key = change[i].down ? in->key : evdev->last.key;
+		const u16 *keycode = change[i].down ? evdev->keycode : was;
 		bool known = change[i].code <= XHC_KEY_MAX;
 
 		if (known || change[i].down)
-			input_event(buttons->dev, EV_MSC, MSC_SCAN, change[i].code);
+			input_event(evdev->dev, EV_MSC, MSC_SCAN, change[i].code);
 		if (known)
-			xhc_report_keycode(buttons, keycode[change[i].code == key[0] ? 0 : 1]);
+			xhc_emit_keycode(evdev, keycode[change[i].code == key[0] ? 0 : 1]);
 		else
 			unknown += change[i].down;
 	}
@@ -94,143 +94,143 @@ static unsigned int xhc_report_keys(struct xhc_buttons *buttons, const struct xh
 }
 
 /* Return: number of codes in the report that the model does not know */
-static unsigned int xhc_report_all(struct xhc_buttons *buttons, const struct xhc_input *in)
+static unsigned int xhc_emit_all(struct xhc_evdev *evdev, const struct xhc_input_state *in)
 {
-	unsigned int unknown = !in->selector_ok && in->selector_code != buttons->last.selector_code;
-	u16 selector_was = buttons->selector_keycode;
+	unsigned int unknown = !in->selector_ok && in->selector_code != evdev->last.selector_code;
+	u16 selector_was = evdev->selector_keycode;
 	u16 was[XHC_KEY_SLOTS], now[XHC_KEY_SLOTS];
 
-	lockdep_assert_held(&buttons->lock);
+	lockdep_assert_held(&evdev->lock);
 
-	xhc_new_keycodes(buttons, in, now);
-	memcpy(was, buttons->keycode, sizeof(was));
-	memcpy(buttons->keycode, now, sizeof(now));
-	buttons->selector_keycode = in->selector ?
-		xhc_keycode(buttons, XHC_SCAN_SELECTOR + in->selector) : KEY_RESERVED;
+	xhc_new_keycodes(evdev, in, now);
+	memcpy(was, evdev->keycode, sizeof(was));
+	memcpy(evdev->keycode, now, sizeof(now));
+	evdev->selector_keycode = in->selector ?
+		xhc_keycode(evdev, XHC_SCAN_SELECTOR + in->selector) : KEY_RESERVED;
 
-	xhc_report_selector(buttons, in, selector_was);
-	unknown += xhc_report_keys(buttons, in, was);
+	xhc_emit_selector(evdev, in, selector_was);
+	unknown += xhc_emit_keys(evdev, in, was);
 	if (in->wheel)
-		input_report_rel(buttons->dev, REL_DIAL, in->wheel);
-	input_sync(buttons->dev);
+		input_report_rel(evdev->dev, REL_DIAL, in->wheel);
+	input_sync(evdev->dev);
 
-	buttons->last = *in;
+	evdev->last = *in;
 	return unknown;
 }
 
 /* All keys up, selector off */
-static void xhc_input_release(struct xhc_buttons *buttons)
+static void xhc_input_release(struct xhc_evdev *evdev)
 {
-	static const struct xhc_input released = { .selector_ok = true };
+	static const struct xhc_input_state released = { .selector_ok = true };
 
-	xhc_report_all(buttons, &released);
+	xhc_emit_all(evdev, &released);
 }
 
 /* Return: true if that is a change */
-static bool xhc_set_awake(struct xhc_buttons *buttons, bool awake)
+static bool xhc_set_awake(struct xhc_evdev *evdev, bool awake)
 {
-	lockdep_assert_held(&buttons->lock);
+	lockdep_assert_held(&evdev->lock);
 
-	if (buttons->awake == awake)
+	if (evdev->awake == awake)
 		return false;
-	WRITE_ONCE(buttons->awake, awake);
-	if (buttons->awake_node)
-		sysfs_notify_dirent(buttons->awake_node);
+	WRITE_ONCE(evdev->awake, awake);
+	if (evdev->awake_node)
+		sysfs_notify_dirent(evdev->awake_node);
 	return true;
 }
 
 /**
- * xhc_input_report() - turn a report into events
- * @pendant: the pendant
+ * xhc_input_emit() - turn a report into events
+ * @xhc: the pendant
  * @in: the report, decoded
  *
  * Context: any, the report may come from an interrupt.
  *
  * Return: true if the pendant wakes up with this report.
  */
-bool xhc_input_report(struct xhc_pendant *pendant, const struct xhc_input *in)
+bool xhc_input_emit(struct xhc_device *xhc, const struct xhc_input_state *in)
 {
-	struct xhc_buttons *buttons = &pendant->buttons;
+	struct xhc_evdev *evdev = &xhc->evdev;
 	unsigned int unknown;
 
 	/*
 	 * The bus brings reports one at a time, but suspend runs beside it: a report that
 	 * passes it must not press again what it has let go.
 	 */
-	guard(spinlock_irqsave)(&buttons->lock);
-	if (!buttons->running)
+	guard(spinlock_irqsave)(&evdev->lock);
+	if (!evdev->running)
 		return false;
 
-	unknown = xhc_report_all(buttons, in);
-	atomic64_add(unknown, &pendant->stat[XHC_UNKNOWN_KEYS]);
-	return xhc_set_awake(buttons, !in->asleep) && !in->asleep;
+	unknown = xhc_emit_all(evdev, in);
+	atomic64_add(unknown, &xhc->stat[XHC_UNKNOWN_KEYS]);
+	return xhc_set_awake(evdev, !in->asleep) && !in->asleep;
 }
 
 /**
  * xhc_input_start() - let reports through
- * @pendant: the pendant
+ * @xhc: the pendant
  */
-void xhc_input_start(struct xhc_pendant *pendant)
+void xhc_input_start(struct xhc_device *xhc)
 {
-	guard(spinlock_irqsave)(&pendant->buttons.lock);
-	pendant->buttons.running = true;
+	guard(spinlock_irqsave)(&xhc->evdev.lock);
+	xhc->evdev.running = true;
 }
 
 /**
  * xhc_input_stop() - let all keys go, turn the selector off, and keep it so
- * @pendant: the pendant
+ * @xhc: the pendant
  */
-void xhc_input_stop(struct xhc_pendant *pendant)
+void xhc_input_stop(struct xhc_device *xhc)
 {
-	struct xhc_buttons *buttons = &pendant->buttons;
+	struct xhc_evdev *evdev = &xhc->evdev;
 
-	guard(spinlock_irqsave)(&buttons->lock);
-	buttons->running = false;
-	xhc_input_release(buttons);
-	xhc_set_awake(buttons, false);
+	guard(spinlock_irqsave)(&evdev->lock);
+	evdev->running = false;
+	xhc_input_release(evdev);
+	xhc_set_awake(evdev, false);
 }
 
-static void xhc_init_keymap(struct xhc_buttons *buttons)
+static void xhc_init_keymap(struct xhc_evdev *evdev)
 {
-	struct input_dev *dev = buttons->dev;
+	struct input_dev *dev = evdev->dev;
 
 	for (unsigned int code = 1; code <= XHC_KEY_MAX; code++)
-		buttons->keymap[code] = BTN_TRIGGER_HAPPY1 + code - 1;
+		evdev->keymap[code] = BTN_TRIGGER_HAPPY1 + code - 1;
 	for (unsigned int position = 1; position < XHC_SEL_COUNT; position++)
-		buttons->keymap[XHC_SCAN_SELECTOR + position] =
+		evdev->keymap[XHC_SCAN_SELECTOR + position] =
 			BTN_TRIGGER_HAPPY31 + position - 1;
 
-	dev->keycode = buttons->keymap;
-	dev->keycodesize = sizeof(buttons->keymap[0]);
-	dev->keycodemax = ARRAY_SIZE(buttons->keymap);
+	dev->keycode = evdev->keymap;
+	dev->keycodesize = sizeof(evdev->keymap[0]);
+	dev->keycodemax = ARRAY_SIZE(evdev->keymap);
 	for (unsigned int scan = 0; scan < XHC_SCAN_COUNT; scan++)
-		if (buttons->keymap[scan] != KEY_RESERVED)
-			input_set_capability(dev, EV_KEY, buttons->keymap[scan]);
+		if (evdev->keymap[scan] != KEY_RESERVED)
+			input_set_capability(dev, EV_KEY, evdev->keymap[scan]);
 }
 
 /**
  * xhc_input_init() - make the input device
- * @pendant: the pendant; @pendant->hdev and @pendant->model are set
+ * @xhc: the pendant; @xhc->hdev and @xhc->model are set
  *
  * It starts stopped.
  *
  * Return: 0 or an error.
  */
-int xhc_input_init(struct xhc_pendant *pendant)
+int xhc_input_init(struct xhc_device *xhc)
 {
-	struct xhc_buttons *buttons = &pendant->buttons;
-	struct hid_device *hdev = pendant->hdev;
+	struct xhc_evdev *evdev = &xhc->evdev;
+	struct hid_device *hdev = xhc->hdev;
 	struct input_dev *dev;
 
-	spin_lock_init(&buttons->lock);
+	spin_lock_init(&evdev->lock);
 
 	dev = devm_input_allocate_device(&hdev->dev);
 	if (!dev)
 		return -ENOMEM;
-	buttons->dev = dev;
+	evdev->dev = dev;
 
 	dev->name = devm_kasprintf(&hdev->dev, GFP_KERNEL, "XHC %s Pendant",
-				   pendant->model->name);
+				   xhc->model->name);
 	if (!dev->name)
 		return -ENOMEM;
 	dev->phys = hdev->phys;
@@ -242,7 +242,7 @@ int xhc_input_init(struct xhc_pendant *pendant)
 
 	/* else the events of reports before registration would be kept, and delivered after it */
 	__set_bit(EV_SYN, dev->evbit);
-	xhc_init_keymap(buttons);
+	xhc_init_keymap(evdev);
 	input_set_capability(dev, EV_MSC, MSC_SCAN);
 	input_set_capability(dev, EV_REL, REL_DIAL);
 	input_set_abs_params(dev, ABS_MISC, XHC_SEL_OFF, XHC_SEL_COUNT - 1, 0, 0);
@@ -253,7 +253,7 @@ int xhc_input_init(struct xhc_pendant *pendant)
 
 /**
  * xhc_input_register() - register the input device
- * @pendant: the pendant; reports flow already
+ * @xhc: the pendant; reports flow already
  *
  * What reports have said before is the state that its first user sees; without a report all
  * keys are up and the selector is off. A wired pendant at rest sends none, so there is no
@@ -261,7 +261,7 @@ int xhc_input_init(struct xhc_pendant *pendant)
  *
  * Return: 0 on success, a negative errno otherwise.
  */
-int xhc_input_register(struct xhc_pendant *pendant)
+int xhc_input_register(struct xhc_device *xhc)
 {
-	return input_register_device(pendant->buttons.dev);
+	return input_register_device(xhc->evdev.dev);
 }

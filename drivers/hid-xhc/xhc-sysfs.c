@@ -44,28 +44,28 @@ static int xhc_parse_number(const char *buf, int min, int max, int *number)
 
 static ssize_t axis_show(struct device *dev, struct device_attribute *attr, char *buf)
 {
-	struct xhc_pendant *pendant = dev_get_drvdata(dev);
+	struct xhc_device *xhc = dev_get_drvdata(dev);
 	char text[XHC_POSITION_TEXT];
 
-	guard(mutex)(&pendant->dro.lock);
-	xhc_format_position(pendant->dro.want.position[xhc_attr_index(attr)], text, sizeof(text));
+	guard(mutex)(&xhc->dro.lock);
+	xhc_format_position(xhc->dro.want.position[xhc_attr_index(attr)], text, sizeof(text));
 	return sysfs_emit(buf, "%s\n", text);
 }
 
 static ssize_t axis_store(struct device *dev, struct device_attribute *attr,
 			  const char *buf, size_t count)
 {
-	struct xhc_pendant *pendant = dev_get_drvdata(dev);
+	struct xhc_device *xhc = dev_get_drvdata(dev);
 	s32 units;
 	int err;
 
-	err = xhc_parse_position(pendant->model, buf, &units);
+	err = xhc_parse_position(xhc->model, buf, &units);
 	if (err)
 		return err;
 
-	guard(mutex)(&pendant->dro.lock);
-	pendant->dro.want.position[xhc_attr_index(attr)] = units;
-	xhc_dro_changed(pendant);
+	guard(mutex)(&xhc->dro.lock);
+	xhc->dro.want.position[xhc_attr_index(attr)] = units;
+	xhc_dro_changed(xhc);
 	return count;
 }
 
@@ -78,14 +78,14 @@ XHC_ATTR_RW(machine_z, axis_show, axis_store, XHC_MACHINE_Z);
 
 static ssize_t position_show(struct device *dev, struct device_attribute *attr, char *buf)
 {
-	struct xhc_pendant *pendant = dev_get_drvdata(dev);
+	struct xhc_device *xhc = dev_get_drvdata(dev);
 	ssize_t len = 0;
 
-	guard(mutex)(&pendant->dro.lock);
+	guard(mutex)(&xhc->dro.lock);
 	for (unsigned int i = 0; i < XHC_POSITIONS; i++) {
 		char text[XHC_POSITION_TEXT];
 
-		xhc_format_position(pendant->dro.want.position[i], text, sizeof(text));
+		xhc_format_position(xhc->dro.want.position[i], text, sizeof(text));
 		len += sysfs_emit_at(buf, len, "%s%s", i ? " " : "", text);
 	}
 	return len + sysfs_emit_at(buf, len, "\n");
@@ -94,7 +94,7 @@ static ssize_t position_show(struct device *dev, struct device_attribute *attr, 
 static ssize_t position_store(struct device *dev, struct device_attribute *attr,
 			      const char *buf, size_t count)
 {
-	struct xhc_pendant *pendant = dev_get_drvdata(dev);
+	struct xhc_device *xhc = dev_get_drvdata(dev);
 	s32 units[XHC_POSITIONS];
 	char *rest;
 
@@ -109,7 +109,7 @@ static ssize_t position_store(struct device *dev, struct device_attribute *attr,
 
 		if (!word)
 			return -EINVAL;
-		err = xhc_parse_position(pendant->model, word, &units[i]);
+		err = xhc_parse_position(xhc->model, word, &units[i]);
 		if (err)
 			return err;
 		if (rest)
@@ -118,34 +118,34 @@ static ssize_t position_store(struct device *dev, struct device_attribute *attr,
 	if (rest)
 		return -EINVAL;
 
-	guard(mutex)(&pendant->dro.lock);
-	memcpy(pendant->dro.want.position, units, sizeof(units));
-	xhc_dro_changed(pendant);
+	guard(mutex)(&xhc->dro.lock);
+	memcpy(xhc->dro.want.position, units, sizeof(units));
+	xhc_dro_changed(xhc);
 	return count;
 }
 static DEVICE_ATTR_RW(position);
 
 static ssize_t number_show(struct device *dev, struct device_attribute *attr, char *buf)
 {
-	struct xhc_pendant *pendant = dev_get_drvdata(dev);
+	struct xhc_device *xhc = dev_get_drvdata(dev);
 
-	guard(mutex)(&pendant->dro.lock);
-	return sysfs_emit(buf, "%u\n", pendant->dro.want.number[xhc_attr_index(attr)]);
+	guard(mutex)(&xhc->dro.lock);
+	return sysfs_emit(buf, "%u\n", xhc->dro.want.number[xhc_attr_index(attr)]);
 }
 
 static ssize_t number_store(struct device *dev, struct device_attribute *attr,
 			    const char *buf, size_t count)
 {
-	struct xhc_pendant *pendant = dev_get_drvdata(dev);
+	struct xhc_device *xhc = dev_get_drvdata(dev);
 	int err, number;
 
 	err = xhc_parse_number(buf, 0, U16_MAX, &number);
 	if (err)
 		return err;
 
-	guard(mutex)(&pendant->dro.lock);
-	pendant->dro.want.number[xhc_attr_index(attr)] = number;
-	xhc_dro_changed(pendant);
+	guard(mutex)(&xhc->dro.lock);
+	xhc->dro.want.number[xhc_attr_index(attr)] = number;
+	xhc_dro_changed(xhc);
 	return count;
 }
 
@@ -156,29 +156,29 @@ XHC_ATTR_RW(spindle_speed, number_show, number_store, XHC_SPINDLE_SPEED);
 
 static ssize_t step_show(struct device *dev, struct device_attribute *attr, char *buf)
 {
-	struct xhc_pendant *pendant = dev_get_drvdata(dev);
+	struct xhc_device *xhc = dev_get_drvdata(dev);
 
 	int multiplier;
 
-	guard(mutex)(&pendant->dro.lock);
-	multiplier = xhc_step_multiplier(pendant->dro.want.step);
+	guard(mutex)(&xhc->dro.lock);
+	multiplier = xhc_step_multiplier(xhc->dro.want.step);
 	if (multiplier < 0)
-		return sysfs_emit(buf, "0x%02x\n", pendant->dro.want.step);
+		return sysfs_emit(buf, "0x%02x\n", xhc->dro.want.step);
 	return sysfs_emit(buf, "%d\n", multiplier);
 }
 
 static ssize_t step_store(struct device *dev, struct device_attribute *attr,
 			  const char *buf, size_t count)
 {
-	struct xhc_pendant *pendant = dev_get_drvdata(dev);
+	struct xhc_device *xhc = dev_get_drvdata(dev);
 	int code = xhc_parse_step(buf);
 
 	if (code < 0)
 		return code;
 
-	guard(mutex)(&pendant->dro.lock);
-	pendant->dro.want.step = code;
-	xhc_dro_changed(pendant);
+	guard(mutex)(&xhc->dro.lock);
+	xhc->dro.want.step = code;
+	xhc_dro_changed(xhc);
 	return count;
 }
 static DEVICE_ATTR_RW(step);
@@ -196,71 +196,71 @@ static DEVICE_ATTR_RO(step_available);
 
 static ssize_t icon_show(struct device *dev, struct device_attribute *attr, char *buf)
 {
-	struct xhc_pendant *pendant = dev_get_drvdata(dev);
+	struct xhc_device *xhc = dev_get_drvdata(dev);
 
-	guard(mutex)(&pendant->dro.lock);
-	return sysfs_emit(buf, "%u\n", pendant->dro.want.icon);
+	guard(mutex)(&xhc->dro.lock);
+	return sysfs_emit(buf, "%u\n", xhc->dro.want.icon);
 }
 
 static ssize_t icon_store(struct device *dev, struct device_attribute *attr,
 			  const char *buf, size_t count)
 {
-	struct xhc_pendant *pendant = dev_get_drvdata(dev);
+	struct xhc_device *xhc = dev_get_drvdata(dev);
 	int err, icon;
 
 	err = xhc_parse_number(buf, 0, XHC_ICON_MAX, &icon);
 	if (err)
 		return err;
 
-	guard(mutex)(&pendant->dro.lock);
-	pendant->dro.want.icon = icon;
-	xhc_dro_changed(pendant);
+	guard(mutex)(&xhc->dro.lock);
+	xhc->dro.want.icon = icon;
+	xhc_dro_changed(xhc);
 	return count;
 }
 static DEVICE_ATTR_RW(icon);
 
 static ssize_t state_show(struct device *dev, struct device_attribute *attr, char *buf)
 {
-	struct xhc_pendant *pendant = dev_get_drvdata(dev);
+	struct xhc_device *xhc = dev_get_drvdata(dev);
 	char text[XHC_STATE_TEXT];
 
-	guard(mutex)(&pendant->dro.lock);
-	xhc_format_state(pendant->model, pendant->dro.want.state, text, sizeof(text));
+	guard(mutex)(&xhc->dro.lock);
+	xhc_format_state(xhc->model, xhc->dro.want.state, text, sizeof(text));
 	return sysfs_emit(buf, "%s\n", text);
 }
 
 static ssize_t state_store(struct device *dev, struct device_attribute *attr,
 			   const char *buf, size_t count)
 {
-	struct xhc_pendant *pendant = dev_get_drvdata(dev);
+	struct xhc_device *xhc = dev_get_drvdata(dev);
 	u8 state;
 	int err;
 
-	err = xhc_parse_state(pendant->model, buf, &state);
+	err = xhc_parse_state(xhc->model, buf, &state);
 	if (err)
 		return err;
 
-	guard(mutex)(&pendant->dro.lock);
-	pendant->dro.want.state = state;
-	xhc_dro_changed(pendant);
+	guard(mutex)(&xhc->dro.lock);
+	xhc->dro.want.state = state;
+	xhc_dro_changed(xhc);
 	return count;
 }
 static DEVICE_ATTR_RW(state);
 
 static ssize_t day_show(struct device *dev, struct device_attribute *attr, char *buf)
 {
-	struct xhc_pendant *pendant = dev_get_drvdata(dev);
+	struct xhc_device *xhc = dev_get_drvdata(dev);
 
-	guard(mutex)(&pendant->dro.lock);
-	if (!pendant->dro.want.day)
+	guard(mutex)(&xhc->dro.lock);
+	if (!xhc->dro.want.day)
 		return sysfs_emit(buf, "auto\n");
-	return sysfs_emit(buf, "%u\n", pendant->dro.want.day);
+	return sysfs_emit(buf, "%u\n", xhc->dro.want.day);
 }
 
 static ssize_t day_store(struct device *dev, struct device_attribute *attr,
 			 const char *buf, size_t count)
 {
-	struct xhc_pendant *pendant = dev_get_drvdata(dev);
+	struct xhc_device *xhc = dev_get_drvdata(dev);
 	int day = 0;
 
 	if (!sysfs_streq(buf, "auto")) {
@@ -270,25 +270,25 @@ static ssize_t day_store(struct device *dev, struct device_attribute *attr,
 			return err;
 	}
 
-	guard(mutex)(&pendant->dro.lock);
-	pendant->dro.want.day = day;
-	xhc_dro_changed(pendant);
+	guard(mutex)(&xhc->dro.lock);
+	xhc->dro.want.day = day;
+	xhc_dro_changed(xhc);
 	return count;
 }
 static DEVICE_ATTR_RW(day);
 
 static ssize_t refresh_ms_show(struct device *dev, struct device_attribute *attr, char *buf)
 {
-	struct xhc_pendant *pendant = dev_get_drvdata(dev);
+	struct xhc_device *xhc = dev_get_drvdata(dev);
 
-	guard(mutex)(&pendant->dro.lock);
-	return sysfs_emit(buf, "%u\n", pendant->dro.refresh_ms);
+	guard(mutex)(&xhc->dro.lock);
+	return sysfs_emit(buf, "%u\n", xhc->dro.refresh_ms);
 }
 
 static ssize_t refresh_ms_store(struct device *dev, struct device_attribute *attr,
 				const char *buf, size_t count)
 {
-	struct xhc_pendant *pendant = dev_get_drvdata(dev);
+	struct xhc_device *xhc = dev_get_drvdata(dev);
 	int err, refresh_ms;
 
 	err = xhc_parse_number(buf, XHC_REFRESH_MIN_MS, XHC_REFRESH_MAX_MS, &refresh_ms);
@@ -296,8 +296,8 @@ static ssize_t refresh_ms_store(struct device *dev, struct device_attribute *att
 		return err;
 
 	/* holds from the next frame on */
-	guard(mutex)(&pendant->dro.lock);
-	pendant->dro.refresh_ms = refresh_ms;
+	guard(mutex)(&xhc->dro.lock);
+	xhc->dro.refresh_ms = refresh_ms;
 	return count;
 }
 static DEVICE_ATTR_RW(refresh_ms);
@@ -340,9 +340,9 @@ static const struct attribute_group xhc_dro_group = {
 
 static ssize_t stat_show(struct device *dev, struct device_attribute *attr, char *buf)
 {
-	struct xhc_pendant *pendant = dev_get_drvdata(dev);
+	struct xhc_device *xhc = dev_get_drvdata(dev);
 
-	return sysfs_emit(buf, "%lld\n", atomic64_read(&pendant->stat[xhc_attr_index(attr)]));
+	return sysfs_emit(buf, "%lld\n", atomic64_read(&xhc->stat[xhc_attr_index(attr)]));
 }
 
 XHC_ATTR_RO(reports, stat_show, XHC_REPORTS);
@@ -369,32 +369,32 @@ static const struct attribute_group xhc_stats_group = {
 
 static ssize_t model_show(struct device *dev, struct device_attribute *attr, char *buf)
 {
-	struct xhc_pendant *pendant = dev_get_drvdata(dev);
+	struct xhc_device *xhc = dev_get_drvdata(dev);
 
-	return sysfs_emit(buf, "%s\n", pendant->model->name);
+	return sysfs_emit(buf, "%s\n", xhc->model->name);
 }
 static DEVICE_ATTR_RO(model);
 
 static ssize_t awake_show(struct device *dev, struct device_attribute *attr, char *buf)
 {
-	struct xhc_pendant *pendant = dev_get_drvdata(dev);
+	struct xhc_device *xhc = dev_get_drvdata(dev);
 
-	return sysfs_emit(buf, "%d\n", READ_ONCE(pendant->buttons.awake));
+	return sysfs_emit(buf, "%d\n", READ_ONCE(xhc->evdev.awake));
 }
 static DEVICE_ATTR_RO(awake);
 
 static ssize_t swap_feed_spindle_show(struct device *dev, struct device_attribute *attr,
 				      char *buf)
 {
-	struct xhc_pendant *pendant = dev_get_drvdata(dev);
+	struct xhc_device *xhc = dev_get_drvdata(dev);
 
-	return sysfs_emit(buf, "%d\n", READ_ONCE(pendant->swap_feed_spindle));
+	return sysfs_emit(buf, "%d\n", READ_ONCE(xhc->swap_feed_spindle));
 }
 
 static ssize_t swap_feed_spindle_store(struct device *dev, struct device_attribute *attr,
 				       const char *buf, size_t count)
 {
-	struct xhc_pendant *pendant = dev_get_drvdata(dev);
+	struct xhc_device *xhc = dev_get_drvdata(dev);
 	bool swap;
 	int err;
 
@@ -403,7 +403,7 @@ static ssize_t swap_feed_spindle_store(struct device *dev, struct device_attribu
 		return err;
 
 	/* holds from the next report on */
-	WRITE_ONCE(pendant->swap_feed_spindle, swap);
+	WRITE_ONCE(xhc->swap_feed_spindle, swap);
 	return count;
 }
 static DEVICE_ATTR_RW(swap_feed_spindle);
@@ -428,16 +428,16 @@ static const struct attribute_group *xhc_groups[] = {
 
 /**
  * xhc_sysfs_add() - create the attributes
- * @pendant: the pendant, ready to be used
+ * @xhc: the pendant, ready to be used
  *
  * The driver core would create them after probe, when the input device has been announced
  * and a program may look for them already.
  *
  * Return: 0 on success, a negative errno otherwise.
  */
-int xhc_sysfs_add(struct xhc_pendant *pendant)
+int xhc_sysfs_add(struct xhc_device *xhc)
 {
-	struct kobject *kobj = &pendant->hdev->dev.kobj;
+	struct kobject *kobj = &xhc->hdev->dev.kobj;
 	struct kernfs_node *awake;
 	int err;
 
@@ -446,26 +446,26 @@ int xhc_sysfs_add(struct xhc_pendant *pendant)
 		return err;
 
 	awake = sysfs_get_dirent(kobj->sd, dev_attr_awake.attr.name);
-	guard(spinlock_irqsave)(&pendant->buttons.lock);
-	pendant->buttons.awake_node = awake;
+	guard(spinlock_irqsave)(&xhc->evdev.lock);
+	xhc->evdev.awake_node = awake;
 	return 0;
 }
 
 /**
  * xhc_sysfs_remove() - remove the attributes
- * @pendant: the pendant
+ * @xhc: the pendant
  *
  * Context: sleeps until every show and store that has begun is over.
  */
-void xhc_sysfs_remove(struct xhc_pendant *pendant)
+void xhc_sysfs_remove(struct xhc_device *xhc)
 {
 	struct kernfs_node *awake;
 
-	scoped_guard(spinlock_irqsave, &pendant->buttons.lock) {
-		awake = pendant->buttons.awake_node;
-		pendant->buttons.awake_node = NULL;
+	scoped_guard(spinlock_irqsave, &xhc->evdev.lock) {
+		awake = xhc->evdev.awake_node;
+		xhc->evdev.awake_node = NULL;
 	}
-	sysfs_remove_groups(&pendant->hdev->dev.kobj, xhc_groups);
+	sysfs_remove_groups(&xhc->hdev->dev.kobj, xhc_groups);
 	/* removing a file does not wake those that poll it */
 	if (awake)
 		sysfs_notify_dirent(awake);

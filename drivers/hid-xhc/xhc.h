@@ -53,7 +53,7 @@ enum xhc_stat {
 #define XHC_SCAN_COUNT		(XHC_SCAN_SELECTOR + XHC_SEL_COUNT)
 
 /**
- * struct xhc_buttons - the evdev side of a pendant
+ * struct xhc_evdev - the evdev side of a pendant
  * @dev: the input device
  * @lock: protects all but @keymap, and keeps the events of one report together
  * @running: false while suspended or going away: reports are not turned into events
@@ -64,13 +64,13 @@ enum xhc_stat {
  * @selector_keycode: key code that the selector of @last holds down, KEY_RESERVED for none
  * @keymap: key code by scan code, changed by the input core under its own lock
  */
-struct xhc_buttons {
+struct xhc_evdev {
 	struct input_dev *dev;
 	spinlock_t lock;	/* see above */
 	bool running;
 	bool awake;
 	struct kernfs_node *awake_node;
-	struct xhc_input last;
+	struct xhc_input_state last;
 	u16 keycode[XHC_KEY_SLOTS];
 	u16 selector_keycode;
 	u16 keymap[XHC_SCAN_COUNT];
@@ -130,51 +130,51 @@ struct xhc_dro {
 };
 
 /**
- * struct xhc_pendant - a pendant
+ * struct xhc_device - a pendant
  * @hdev: its HID device
  * @model: what kind of pendant it is
  * @swap_feed_spindle: the unit has these two positions of the selector the other way round
- * @buttons: keys, selector and wheel
+ * @evdev: keys, selector and wheel
  * @dro: the display
- * @pm: hears of a system suspend before any device does
+ * @pm_nb: hears of a system suspend before any device does
  * @stat: counters, by enum xhc_stat
  */
-struct xhc_pendant {
+struct xhc_device {
 	struct hid_device *hdev;
 	const struct xhc_model *model;
 	bool swap_feed_spindle;
-	struct xhc_buttons buttons;
+	struct xhc_evdev evdev;
 	struct xhc_dro dro;
-	struct notifier_block pm;
+	struct notifier_block pm_nb;
 	atomic64_t stat[XHC_STATS];
 };
 
-static inline void xhc_count(struct xhc_pendant *pendant, enum xhc_stat stat)
+static inline void xhc_count(struct xhc_device *xhc, enum xhc_stat stat)
 {
-	atomic64_inc(&pendant->stat[stat]);
+	atomic64_inc(&xhc->stat[stat]);
 }
 
 /* xhc-core.c */
-int xhc_send_report(struct xhc_pendant *pendant, u8 report[XHC_CHUNK_SIZE]);
+int xhc_send_report(struct xhc_device *xhc, u8 report[XHC_CHUNK_SIZE]);
 
 /* xhc-input.c */
-int xhc_input_init(struct xhc_pendant *pendant);
-int xhc_input_register(struct xhc_pendant *pendant);
-bool xhc_input_report(struct xhc_pendant *pendant, const struct xhc_input *in);
-void xhc_input_start(struct xhc_pendant *pendant);
-void xhc_input_stop(struct xhc_pendant *pendant);
+int xhc_input_init(struct xhc_device *xhc);
+int xhc_input_register(struct xhc_device *xhc);
+bool xhc_input_emit(struct xhc_device *xhc, const struct xhc_input_state *in);
+void xhc_input_start(struct xhc_device *xhc);
+void xhc_input_stop(struct xhc_device *xhc);
 
 /* xhc-dro.c */
-int xhc_dro_init(struct xhc_pendant *pendant);
-void xhc_dro_start(struct xhc_pendant *pendant);
-void xhc_dro_stop(struct xhc_pendant *pendant);
-void xhc_dro_changed(struct xhc_pendant *pendant);
-int xhc_dro_flush(struct xhc_pendant *pendant);
-bool xhc_dro_report(struct xhc_pendant *pendant, const u8 *data, u8 day);
-void xhc_dro_lost(struct xhc_pendant *pendant);
+int xhc_dro_init(struct xhc_device *xhc);
+void xhc_dro_start(struct xhc_device *xhc);
+void xhc_dro_stop(struct xhc_device *xhc);
+void xhc_dro_changed(struct xhc_device *xhc);
+int xhc_dro_flush(struct xhc_device *xhc);
+bool xhc_dro_report(struct xhc_device *xhc, const u8 *data, u8 day);
+void xhc_dro_lost(struct xhc_device *xhc);
 
 /* xhc-sysfs.c */
-int xhc_sysfs_add(struct xhc_pendant *pendant);
-void xhc_sysfs_remove(struct xhc_pendant *pendant);
+int xhc_sysfs_add(struct xhc_device *xhc);
+void xhc_sysfs_remove(struct xhc_device *xhc);
 
 #endif /* XHC_H */

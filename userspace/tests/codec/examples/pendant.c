@@ -25,7 +25,7 @@ static const struct xhc_model *model_of(const struct example *example)
 
 static void report(struct example *example)
 {
-	struct xhc_input in;
+	struct xhc_input_state in;
 
 	example->words[0] = '\0';
 	if (xhc_decode_report(model_of(example), example->bytes, example->size, false, &in)) {
@@ -49,7 +49,7 @@ static void report(struct example *example)
 static void selector(struct example *example)
 {
 	const u8 raw[] = { XHC_INPUT_ID, 0, 0, example->bytes[0], 0, 1 };
-	struct xhc_input in = { };
+	struct xhc_input_state in = { };
 
 	if (example->size != 1 ||
 	    xhc_decode_report(model_of(example), raw, sizeof(raw), false, &in))

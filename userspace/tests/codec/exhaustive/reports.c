@@ -18,7 +18,7 @@ static int selector_of(const struct pendant *p, int code, bool swap)
 static void check(struct kunit *test, const u8 *bytes, bool swap)
 {
 	const struct pendant *p = test->param_value;
-	struct xhc_input in;
+	struct xhc_input_state in;
 	u8 *data = kunit_kmalloc(test, 6, GFP_KERNEL);	/* not a byte more, for ASan */
 
 	KUNIT_ASSERT_NOT_NULL(test, data);
@@ -70,7 +70,7 @@ static void every_day_with_every_key(struct kunit *test)
 /* Refused, nothing written, and no byte looked at beyond the ones that came. */
 static void every_wrong_size_and_id(struct kunit *test)
 {
-	struct xhc_input in, clean;
+	struct xhc_input_state in, clean;
 
 	memset(&in, 0x5a, sizeof(in));
 	clean = in;

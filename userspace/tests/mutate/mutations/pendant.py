@@ -32,10 +32,10 @@ MUTATIONS = (
              'if (!from[i] || xhc_key_in(from[i], other))',
              'if (!from[i] || (down && xhc_key_in(from[i], other)))'),
     Mutation('selector before keys swapped', 'xhc-input.c',
-             '\txhc_report_selector(buttons, in, selector_was);\n'
-             '\tunknown += xhc_report_keys(buttons, in, was);\n',
-             '\tunknown += xhc_report_keys(buttons, in, was);\n'
-             '\txhc_report_selector(buttons, in, selector_was);\n',
+             '\txhc_emit_selector(evdev, in, selector_was);\n'
+             '\tunknown += xhc_emit_keys(evdev, in, was);\n',
+             '\tunknown += xhc_emit_keys(evdev, in, was);\n'
+             '\txhc_emit_selector(evdev, in, selector_was);\n',
              KERNEL),
     # beyond the list of the ten
     Mutation('half is rounded down', 'xhc-codec.c',
@@ -45,7 +45,7 @@ MUTATIONS = (
              '{ 0x15, XHC_SEL_FEED }, { 0x14, XHC_SEL_SPINDLE }',
              '{ 0x14, XHC_SEL_FEED }, { 0x15, XHC_SEL_SPINDLE }'),
     Mutation('keys stay down on suspend and unplug', 'xhc-input.c',
-             '\txhc_input_release(buttons);\n',
+             '\txhc_input_release(evdev);\n',
              '', KERNEL),
     Mutation('an unchanged frame is sent again', 'xhc-dro.c',
              'if (!force && size == dro->shown_size',
