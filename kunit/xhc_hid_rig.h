@@ -61,7 +61,7 @@ struct pendant {
 	int power;
 	int opened;
 	int started;
-	spinlock_t lock;	/* see above */
+	spinlock_t lock;	/* all that follows but @held, @release and @came */
 	u8 chunk[CHUNKS_MAX][8];
 	ktime_t at[CHUNKS_MAX];
 	unsigned int chunks;

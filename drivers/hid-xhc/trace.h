@@ -31,7 +31,7 @@ DECLARE_EVENT_CLASS(xhc_bytes,
 		  __print_hex(__get_dynamic_array(data), __get_dynamic_array_len(data)))
 );
 
-/* An input report as it came; error is what the codec said of it */
+/* An input report as received; error is the result of decoding it */
 DEFINE_EVENT(xhc_bytes, xhc_report,
 	TP_PROTO(const struct hid_device *hdev, const u8 *data, size_t size, int error),
 	TP_ARGS(hdev, data, size, error)

@@ -62,7 +62,7 @@ static const struct xhc_model xhc_models[] = {
 		.selector = {
 			{ 0x11, XHC_SEL_X }, { 0x12, XHC_SEL_Y }, { 0x13, XHC_SEL_Z },
 			{ 0x18, XHC_SEL_A },
-			/* the document has these two the other way round, real units have not */
+			/* the other way round in the document, but not in real units */
 			{ 0x15, XHC_SEL_FEED }, { 0x14, XHC_SEL_SPINDLE },
 		},
 	},
@@ -81,7 +81,7 @@ static const struct {
 };
 
 /**
- * xhc_model_find() - the model with a USB product id
+ * xhc_model_find() - find a model by its USB product id
  * @product: USB product id
  *
  * Return: a row of the table of models, or NULL.
@@ -117,12 +117,12 @@ static bool xhc_decode_selector(const struct xhc_model *model, u8 code, bool swa
 }
 
 /**
- * xhc_decode_report() - take an input report apart
+ * xhc_decode_report() - decode an input report
  * @model: the pendant's model
  * @data: the report with its id
  * @size: bytes in @data
  * @swap_feed_spindle: the unit has the codes of feed and spindle exchanged
- * @in: what the report says; untouched on error
+ * @in: content of the report; untouched on error
  *
  * Return: 0, or -EINVAL for a report of another size or id.
  */
@@ -183,13 +183,13 @@ static unsigned int xhc_keys_only_in(const u8 from[XHC_KEY_SLOTS], const u8 othe
 }
 
 /**
- * xhc_key_changes() - which keys went up and down from one report to the next
+ * xhc_key_changes() - find the keys that went up or down between two reports
  * @was: scan codes in the slots before, 0 for an empty one
  * @now: scan codes in the slots now
  * @change: the changes, releases first
  *
- * A key is down while its code stands in either slot. Codes are compared, slots are
- * not: the pendant moves a key from one slot to the other as it likes.
+ * A key is down while its code is in either slot. Codes are compared, not slots: a pendant
+ * may move a key from one slot to the other.
  *
  * Return: number of changes.
  */
@@ -243,9 +243,9 @@ static int xhc_encode_position(const struct xhc_model *model, s32 units, u8 *p)
 }
 
 /**
- * xhc_encode_payload() - make the payload of a display frame
+ * xhc_encode_payload() - encode the payload of a display frame
  * @model: the pendant's model
- * @display: what to show
+ * @display: values to be shown
  * @payload: @model->payload_size bytes are written
  *
  * Return: bytes written, or with @payload of no use: -EINVAL when the day is none of
@@ -280,7 +280,7 @@ int xhc_encode_payload(const struct xhc_model *model, const struct xhc_display *
 }
 
 /**
- * xhc_encode_chunk() - cut one feature report out of a display frame
+ * xhc_encode_chunk() - encode one feature report of a display frame
  * @payload: the frame, from xhc_encode_payload()
  * @size: bytes in @payload
  * @index: which chunk, from 0

@@ -2,8 +2,8 @@
 /*
  * XHC pendant wire formats: reports, display frames and their text forms
  *
- * Pure functions over bytes: nothing here allocates, sleeps or knows a device,
- * so that the same text is compiled into the driver and into user-space tests.
+ * Pure functions over bytes, without allocation, sleeping or a device, so that the same
+ * source is compiled into the driver and into user-space tests.
  */
 #ifndef XHC_CODEC_H
 #define XHC_CODEC_H
@@ -64,7 +64,7 @@ struct xhc_selector_code {
 };
 
 /**
- * struct xhc_model - all that differs from one model of pendant to the next
+ * struct xhc_model - properties of a model of pendant
  * @name: as printed on the unit
  * @product: USB product id
  * @decimals: decimals that the display shows
@@ -110,11 +110,11 @@ struct xhc_input_report {
 static_assert(sizeof(struct xhc_input_report) == 6);
 
 /**
- * struct xhc_input_state - what one input report says
+ * struct xhc_input_state - content of an input report
  * @key: scan codes of the keys that are down, 0 for an empty slot
  * @selector: enum xhc_selector
  * @wheel: detents since the last report, clockwise positive
- * @asleep: the pendant says good night: no key, no selector, no wheel
+ * @asleep: all-zero report, sent when the pendant falls asleep
  * @day: the day that byte 5 returns
  * @selector_code: code of @selector, as it came
  * @selector_ok: the model knows that code
@@ -136,7 +136,7 @@ bool xhc_report_matches(const struct xhc_model *model, const u8 *data, u8 day);
 /**
  * struct xhc_key_change - a key that went down or up between two reports
  * @code: scan code
- * @down: it is down now
+ * @down: true if the key is down now
  */
 struct xhc_key_change {
 	u8 code;
@@ -156,7 +156,7 @@ unsigned int xhc_key_changes(const u8 was[XHC_KEY_SLOTS], const u8 now[XHC_KEY_S
  * @XHC_MACHINE_X: X in the machine's system
  * @XHC_MACHINE_Y: Y in the machine's system
  * @XHC_MACHINE_Z: Z in the machine's system
- * @XHC_POSITIONS: how many they are
+ * @XHC_POSITIONS: number of coordinates
  */
 enum xhc_position {
 	XHC_WORK_X,
@@ -174,7 +174,7 @@ enum xhc_position {
  * @XHC_SPINDLE_OVERRIDE: spindle speed override
  * @XHC_FEEDRATE: feed rate
  * @XHC_SPINDLE_SPEED: spindle speed
- * @XHC_NUMBERS: how many they are
+ * @XHC_NUMBERS: number of plain numbers
  */
 enum xhc_number {
 	XHC_FEEDRATE_OVERRIDE,
@@ -196,7 +196,7 @@ enum xhc_number {
 #define XHC_DAY_MAX		31
 
 /**
- * struct xhc_display - what the display is to show
+ * struct xhc_display - values to be shown on the display
  * @position: by enum xhc_position, in units of 1/10000
  * @number: by enum xhc_number
  * @day: day of the month, 1..31; the pendant's key for byte 5 of its reports

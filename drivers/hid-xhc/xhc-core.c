@@ -3,9 +3,9 @@
  * XHC pendant (HB03, HB04): the HID driver
  *
  * A hand-held jog wheel with keys, a selector and a display, for CNC machines. Reports
- * become evdev events, the display is worked by sysfs; hidraw stays beside both.
+ * become evdev events, and the display is written through sysfs; hidraw stays available.
  *
- * This is the only file that knows the bus.
+ * This is the only file that talks to the HID core.
  */
 
 #include <linux/hid.h>
@@ -74,10 +74,10 @@ static int xhc_raw_event(struct hid_device *hdev, struct hid_report *report, u8 
 	if (!in.asleep && !xhc_dro_report(xhc, data, in.day))
 		xhc_count(xhc, XHC_XOR_MISMATCHES);
 
-	/* a wireless pendant misses the frames that are sent while it sleeps */
+	/* a wireless pendant misses the frames that are sent while it is asleep */
 	if (xhc_input_emit(xhc, &in))
 		xhc_dro_lost(xhc);
-	return 0;	/* hidraw sees it too */
+	return 0;	/* pass it on to hidraw */
 }
 
 /*
@@ -100,10 +100,10 @@ static int xhc_check_reports(struct hid_device *hdev)
 }
 
 /*
- * The input core lets keys go by itself when the system suspends, and it does so before the
- * HID device's turn comes; of the selector it knows nothing. So all is let go here, at once,
- * while programs still run and can see it. xhc_resume() lets reports through again, or this
- * does when the suspend was called off before it came to the pendant.
+ * The input core releases pressed keys on suspend, before the HID device is suspended, but it
+ * does not reset axes such as the selector. Release all of them here, in one report and while
+ * programs still run and can see it. Reports are let through again by xhc_resume(), or by
+ * this notifier if the suspend was aborted before it reached the pendant.
  */
 static int xhc_pm_notify(struct notifier_block *pm_nb, unsigned long event, void *unused)
 {
@@ -155,7 +155,7 @@ static int xhc_probe(struct hid_device *hdev, const struct hid_device_id *id)
 	err = hid_hw_start(hdev, HID_CONNECT_HIDRAW);
 	if (err)
 		return err;
-	/* a pendant that is put to sleep between two detents loses the next one */
+	/* autosuspend would lose the detent that wakes the device */
 	err = hid_hw_power(hdev, PM_HINT_FULLON);
 	if (err < 0)
 		goto err_stop;
@@ -163,7 +163,7 @@ static int xhc_probe(struct hid_device *hdev, const struct hid_device_id *id)
 	if (err)
 		goto err_power;
 
-	/* all works before the first program can hear of the input device: that comes last */
+	/* the input device comes last: programs act on its uevent at once */
 	xhc_input_start(xhc);
 	hid_device_io_start(hdev);
 	xhc_dro_start(xhc);
@@ -186,7 +186,7 @@ err_sysfs:
 err_pm:
 	unregister_pm_notifier(&xhc->pm_nb);
 err_io:
-	/* reports start the display's worker: they stop first */
+	/* reports start the display's worker, so they are stopped first */
 	hid_device_io_stop(hdev);
 	xhc_dro_stop(xhc);
 	hid_hw_close(hdev);
@@ -230,7 +230,7 @@ static int xhc_resume(struct hid_device *hdev)
 }
 
 /*
- * Exact products, never the vendor alone: it makes other things as well. driver_data is the
+ * Match exact products: the vendor has other devices as well. driver_data is the
  * product id of the model, so that new_id can bind a clone with another id.
  */
 static const struct hid_device_id xhc_devices[] = {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * XHC pendant: the display (digital read-out), and the one worker that sends its frames
+ * XHC pendant: the display (digital read-out) and the worker that sends its frames
  *
- * Users change @want and go; the worker takes the newest values when a frame is due. So
- * a burst of changes costs one frame and a slow pendant blocks nobody. A frame is sent
- * whole, chunk after chunk, because the pendant starts over at each chunk that begins
- * with the magic.
+ * A write to an attribute changes @want and returns; the worker takes the newest values when
+ * a frame is due. So a burst of changes costs one frame, and a slow pendant does not block
+ * writers. A frame is sent whole, chunk after chunk, because the pendant starts over at each
+ * chunk that begins with the magic.
  */
 
 #include <linux/completion.h>
@@ -20,9 +20,9 @@
 #include "xhc.h"
 #include "trace.h"
 
-/* How long the first change of a burst waits for the rest of it, so that they go in one frame */
+/* Delay of the first change of a burst, so that the whole burst is sent in one frame */
 #define XHC_BURST_MS		5
-/* How long after a frame that was not taken the next one is tried */
+/* Delay of the next frame after one that the pendant has not taken */
 #define XHC_RETRY_MS		1000
 
 /**
@@ -201,7 +201,7 @@ static enum hrtimer_restart xhc_dro_midnight(struct hrtimer *timer)
 }
 
 /**
- * xhc_dro_changed() - have a frame sent when one is due
+ * xhc_dro_changed() - schedule a frame with changed values
  * @xhc: the pendant, with the lock of its display held and new values in it
  */
 void xhc_dro_changed(struct xhc_device *xhc)
@@ -248,7 +248,7 @@ int xhc_dro_flush(struct xhc_device *xhc)
 }
 
 /**
- * xhc_dro_lost() - have a frame sent because it is not known what the pendant shows
+ * xhc_dro_lost() - schedule a frame because the display contents are unknown
  * @xhc: the pendant
  *
  * Context: any.
@@ -302,8 +302,10 @@ bool xhc_dro_report(struct xhc_device *xhc, const u8 *data, u8 day)
 }
 
 /**
- * xhc_dro_start() - begin to send frames, with one at once: who knows what is shown
+ * xhc_dro_start() - start sending frames
  * @xhc: the pendant
+ *
+ * The display contents are unknown, so a first frame is always sent.
  */
 void xhc_dro_start(struct xhc_device *xhc)
 {
@@ -319,7 +321,7 @@ void xhc_dro_start(struct xhc_device *xhc)
 }
 
 /**
- * xhc_dro_stop() - send no more frames; a flush that waits for one ends with -ENODEV
+ * xhc_dro_stop() - stop sending frames; a pending flush ends with -ENODEV
  * @xhc: the pendant
  *
  * Context: sleeps until the transfer in flight is over.
@@ -337,10 +339,10 @@ void xhc_dro_stop(struct xhc_device *xhc)
 }
 
 /**
- * xhc_dro_init() - make a display that shows zeros; it starts stopped
+ * xhc_dro_init() - initialise the display in the stopped state, with all values zero
  * @xhc: the pendant
  *
- * Return: 0 or -ENOMEM.
+ * Return: 0 on success, -ENOMEM otherwise.
  */
 int xhc_dro_init(struct xhc_device *xhc)
 {
@@ -353,7 +355,7 @@ int xhc_dro_init(struct xhc_device *xhc)
 	dro->refresh_ms = XHC_REFRESH_DEFAULT_MS;
 	dro->returned = -1;
 
-	/* memory of its own: the bus does DMA from it */
+	/* a separate allocation, as the bus does DMA from it */
 	dro->report = devm_kmalloc(&xhc->hdev->dev, XHC_CHUNK_SIZE, GFP_KERNEL);
 	return dro->report ? 0 : -ENOMEM;
 }

@@ -2,9 +2,9 @@
 /*
  * XHC pendant: keys, selector and wheel as an input device
  *
- * One report makes one SYN_REPORT, in the order selector, keys, wheel. What the machine
- * does depends on it: a jog key or a selector that stays down when the pendant is gone
- * moves an axis, so every way out of here goes through xhc_input_release().
+ * Each report becomes one SYN_REPORT, in the order selector, keys, wheel. A jog key or a
+ * selector that stays down when the pendant is gone moves an axis: the report of a pendant
+ * that falls asleep releases all of them, and xhc_input_release() does on suspend and removal.
  */
 
 #include <linux/hid.h>
@@ -126,7 +126,7 @@ static void xhc_input_release(struct xhc_evdev *evdev)
 	xhc_emit_all(evdev, &released);
 }
 
-/* Return: true if that is a change */
+/* Return: true if it has changed */
 static bool xhc_set_awake(struct xhc_evdev *evdev, bool awake)
 {
 	lockdep_assert_held(&evdev->lock);
@@ -140,9 +140,9 @@ static bool xhc_set_awake(struct xhc_evdev *evdev, bool awake)
 }
 
 /**
- * xhc_input_emit() - turn a report into events
+ * xhc_input_emit() - emit the events of a report
  * @xhc: the pendant
- * @in: the report, decoded
+ * @in: the decoded report
  *
  * Context: any, the report may come from an interrupt.
  *
@@ -154,8 +154,8 @@ bool xhc_input_emit(struct xhc_device *xhc, const struct xhc_input_state *in)
 	unsigned int unknown;
 
 	/*
-	 * The bus brings reports one at a time, but suspend runs beside it: a report that
-	 * passes it must not press again what it has let go.
+	 * Reports come one at a time, but suspend runs concurrently: a late report must not
+	 * press again what xhc_input_stop() has released.
 	 */
 	guard(spinlock_irqsave)(&evdev->lock);
 	if (!evdev->running)
@@ -167,7 +167,7 @@ bool xhc_input_emit(struct xhc_device *xhc, const struct xhc_input_state *in)
 }
 
 /**
- * xhc_input_start() - let reports through
+ * xhc_input_start() - start turning reports into events
  * @xhc: the pendant
  */
 void xhc_input_start(struct xhc_device *xhc)
@@ -177,7 +177,7 @@ void xhc_input_start(struct xhc_device *xhc)
 }
 
 /**
- * xhc_input_stop() - let all keys go, turn the selector off, and keep it so
+ * xhc_input_stop() - release all keys and the selector, and ignore further reports
  * @xhc: the pendant
  */
 void xhc_input_stop(struct xhc_device *xhc)
@@ -209,12 +209,10 @@ static void xhc_init_keymap(struct xhc_evdev *evdev)
 }
 
 /**
- * xhc_input_init() - make the input device
+ * xhc_input_init() - initialise the input device in the stopped state
  * @xhc: the pendant; @xhc->hdev and @xhc->model are set
  *
- * It starts stopped.
- *
- * Return: 0 or an error.
+ * Return: 0 on success, a negative errno otherwise.
  */
 int xhc_input_init(struct xhc_device *xhc)
 {
@@ -240,7 +238,7 @@ int xhc_input_init(struct xhc_device *xhc)
 	dev->id.product = hdev->product;
 	dev->id.version = hdev->version;
 
-	/* else the events of reports before registration would be kept, and delivered after it */
+	/* or events of reports before the registration would be kept and delivered after it */
 	__set_bit(EV_SYN, dev->evbit);
 	xhc_init_keymap(evdev);
 	input_set_capability(dev, EV_MSC, MSC_SCAN);
@@ -255,9 +253,9 @@ int xhc_input_init(struct xhc_device *xhc)
  * xhc_input_register() - register the input device
  * @xhc: the pendant; reports flow already
  *
- * What reports have said before is the state that its first user sees; without a report all
- * keys are up and the selector is off. A wired pendant at rest sends none, so there is no
- * waiting for one. The device goes when the driver lets the HID device go.
+ * Earlier reports have set the state that the first reader sees; without one all keys are up
+ * and the selector is off. A wired pendant at rest sends no report, so probe does not wait
+ * for one. The input device is unregistered by devres.
  *
  * Return: 0 on success, a negative errno otherwise.
  */

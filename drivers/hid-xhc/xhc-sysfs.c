@@ -2,9 +2,8 @@
 /*
  * XHC pendant: sysfs, as userspace/abi/sysfs-driver-hid-xhc describes it
  *
- * Text in, text out: values go to struct xhc_dro under its lock, the worker does the
- * rest. What cannot be read as a number is -EINVAL, a number out of range -ERANGE, and
- * then nothing has changed.
+ * Values go to struct xhc_dro under its lock, and the worker sends them. Text that is not a
+ * number gives -EINVAL, a number out of range -ERANGE, and then nothing has changed.
  */
 
 #include <linux/device.h>
@@ -430,8 +429,8 @@ static const struct attribute_group *xhc_groups[] = {
  * xhc_sysfs_add() - create the attributes
  * @xhc: the pendant, ready to be used
  *
- * The driver core would create them after probe, when the input device has been announced
- * and a program may look for them already.
+ * The driver core would create dev_groups after probe, when programs may already look for
+ * the attributes of an input device that they have been told of.
  *
  * Return: 0 on success, a negative errno otherwise.
  */

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: GPL-2.0-only */
 /*
- * XHC pendant driver: what its files share
+ * XHC pendant driver: internal interfaces
  *
  *   HID bus -> xhc-core -> xhc-codec -> xhc-input -> evdev
  *   HID bus <- xhc-core <- xhc-codec <- xhc-dro <- xhc-sysfs <- sysfs
  *
- * Only xhc-core knows the bus.
+ * Only xhc-core talks to the HID core.
  */
 #ifndef XHC_H
 #define XHC_H
@@ -27,8 +27,8 @@ struct kernfs_node;
 
 /**
  * enum xhc_stat - the counters of stats/
- * @XHC_REPORTS: input reports that came, good and bad
- * @XHC_BAD_REPORTS: of another size or id, and dropped
+ * @XHC_REPORTS: input reports received, good and bad
+ * @XHC_BAD_REPORTS: reports of another size or id, which are dropped
  * @XHC_XOR_MISMATCHES: byte 5 was not the day last sent XOR key 1
  * @XHC_UNKNOWN_KEYS: key or selector codes that the model does not know, once as they appear
  * @XHC_FRAMES_SENT: display frames that the pendant has taken
@@ -66,7 +66,7 @@ enum xhc_stat {
  */
 struct xhc_evdev {
 	struct input_dev *dev;
-	spinlock_t lock;	/* see above */
+	spinlock_t lock;	/* all but @keymap, and the order of events */
 	bool running;
 	bool awake;
 	struct kernfs_node *awake_node;
@@ -105,7 +105,7 @@ struct xhc_evdev {
  * @answered: reports only: when a report last returned the right day, or made a frame be sent
  */
 struct xhc_dro {
-	struct mutex lock;	/* see above */
+	struct mutex lock;	/* all up to @flushes */
 	bool running;
 	bool changed;
 	struct xhc_display want;
@@ -136,7 +136,7 @@ struct xhc_dro {
  * @swap_feed_spindle: the unit has these two positions of the selector the other way round
  * @evdev: keys, selector and wheel
  * @dro: the display
- * @pm_nb: hears of a system suspend before any device does
+ * @pm_nb: called for a system suspend before any device is
  * @stat: counters, by enum xhc_stat
  */
 struct xhc_device {
