@@ -362,6 +362,31 @@ static void choice_text_test(struct kunit *test)
 	expect_choice(test, "auto\n");
 }
 
+/*
+ * The user has given another forward channel the place that firmware promises. The promised one is
+ * refused then, as a backchannel is; the first one stays what the head's commands go to.
+ */
+static void named_forward_taken_test(struct kunit *test)
+{
+	struct device_node *node = firmware_forward(test);
+	struct uart *named = uart_come(test, &(struct firmware_text){ .forward = node });
+	struct xy3_head *head = uart_head(named);
+	struct forward *first = forward_make(test, NULL), *promised = forward_make(test, node);
+
+	KUNIT_ASSERT_EQ(test, choose(test, "xy3-0"), 0);
+	KUNIT_ASSERT_EQ(test, 0, xy3_forward_attach(&first->xy3));
+	KUNIT_ASSERT_PTR_EQ(test, first->xy3.head, head);
+	KUNIT_EXPECT_EQ(test, xy3_forward_attach(&promised->xy3), -EBUSY);
+	KUNIT_EXPECT_PTR_EQ(test, head->forward, &first->xy3);
+
+	/* the head lives until the last of its transports has left */
+	uart_unplug(named);
+	forward_leave(promised);
+	KUNIT_EXPECT_EQ(test, heads(), 1);
+	forward_leave(first);
+	KUNIT_EXPECT_EQ(test, heads(), 0);
+}
+
 /* ---- the serdev ---- */
 
 static void probe_test(struct kunit *test)
@@ -522,6 +547,7 @@ static struct kunit_case xy3_driver_cases[] = {
 	KUNIT_CASE(choice_test),
 	KUNIT_CASE(choice_back_test),
 	KUNIT_CASE(choice_text_test),
+	KUNIT_CASE(named_forward_taken_test),
 	KUNIT_CASE(probe_test),
 	KUNIT_CASE_PARAM(speed_test, speed_gen_params),
 	KUNIT_CASE(open_error_test),

@@ -251,14 +251,26 @@ static struct xy3_head *xy3_head_for_back(const struct xy3_back *back)
 	return NULL;
 }
 
+static struct xy3_head *xy3_head_for_forward(const struct xy3_forward *forward)
+{
+	struct fwnode_handle *fwnode = dev_fwnode(forward->dev);
+	struct xy3_head *head;
+
+	if (fwnode)
+		list_for_each_entry(head, &xy3_heads, node)
+			if (head->back && head->back->partner == fwnode)
+				return head->forward ? ERR_PTR(-EBUSY) : head;
+	return xy3_choose(XY3_FORWARD);
+}
+
 /**
  * xy3_back_attach() - a backchannel comes: join it with a head
  * @back: the backchannel; ops, dev and rate are filled in
  *
  * From now on its data may be given to xy3_back_receive(), one piece after another.
  *
- * Return: 0; -ENODEV or -EBUSY when the chosen head is not there or has a backchannel; -ENOSPC
- * when there are XY3_HEADS_MAX heads; or another error of making a head.
+ * Return: 0; -ENODEV or -EBUSY when the head that was named is not there or has a backchannel;
+ * -ENOSPC when there are XY3_HEADS_MAX heads; or another error of making a head.
  */
 int xy3_back_attach(struct xy3_back *back)
 {
@@ -321,17 +333,10 @@ void xy3_back_detach(struct xy3_back *back)
  */
 int xy3_forward_attach(struct xy3_forward *forward)
 {
-	struct fwnode_handle *fwnode = dev_fwnode(forward->dev);
-	struct xy3_head *head, *other;
+	struct xy3_head *head;
 
 	guard(mutex)(&xy3_join_lock);
-	head = NULL;
-	if (fwnode)
-		list_for_each_entry(other, &xy3_heads, node)
-			if (other->back && other->back->partner == fwnode)
-				head = other;
-	if (!head)
-		head = xy3_choose(XY3_FORWARD);
+	head = xy3_head_for_forward(forward);
 	if (!head)
 		head = xy3_head_new();
 	if (IS_ERR(head))
