@@ -6,6 +6,7 @@
  *                                                             -> xy3-telemetry -> xy3-sysfs,
  *                                                                xy3-hwmon, uevents
  *   /dev/xy3-<n> -> xy3-tty, xy3-sysfs -> xy3-frame -> xy3-forward -> SPI
+ *   xy3-back, xy3-tty, xy3-sysfs -> xy3-rate -> the UART, and commands to the head
  *
  * Only xy3-ldisc and xy3-serdev know UARTs. xy3-head brings the two sides together.
  */
@@ -246,12 +247,16 @@ int xy3_choice_store(const char *buf);
 
 /* xy3-back.c */
 void xy3_back_receive(struct xy3_back *back, const u8 *data, const u8 *flags, size_t size);
+
+/* xy3-rate.c */
 void xy3_back_rate_changed(struct xy3_back *back, unsigned int rate);
+void xy3_sync_changed(struct xy3_head *head);
 int xy3_set_rate(struct xy3_head *head, unsigned int rate);
 unsigned int xy3_get_rate(const struct xy3_head *head);
 void xy3_set_autobaud(struct xy3_head *head, bool on);
 void xy3_autobaud_init(struct xy3_head *head);
 void xy3_autobaud_start(struct xy3_head *head);
+void xy3_autobaud_hurry(struct xy3_head *head);
 bool xy3_rate_close(unsigned int rate, unsigned int wanted);
 
 /* xy3-forward.c */

@@ -70,11 +70,11 @@ MUTATIONS = (
     Mutation('bytes that the UART has flagged are data', 'xy3-back.c',
              '\tif (!flags) {\n',
              '\tif (!flags || size) {\n', KERNEL),
-    Mutation('rate set before the command', 'xy3-back.c',
+    Mutation('rate set before the command', 'xy3-rate.c',
              '\terr = xy3_tell_rate(head, xy3_rate_command(rate));\n',
              '\txy3_move_uart(head, head->back, rate);\n'
              '\terr = xy3_tell_rate(head, xy3_rate_command(rate));\n', KERNEL),
-    Mutation('a head that does not follow is left behind', 'xy3-back.c',
+    Mutation('a head that does not follow is left behind', 'xy3-rate.c',
              '\tif (!err && xy3_wait_resync(head))\n',
              '\tif (!err && (xy3_wait_resync(head) || head))\n', KERNEL),
     Mutation('half a packet for a slow reader', 'xy3-tty.c',

@@ -1,0 +1,292 @@
+// SPDX-License-Identifier: GPL-2.0-only
+/*
+ * XY3-100 scanhead: the rate of the backchannel - sync, a change of the rate, the search for it
+ */
+
+#include <linux/delay.h>
+#include <linux/jiffies.h>
+#include <linux/kernel.h>
+#include <linux/math.h>
+
+#include "trace.h"
+#include "xy3.h"
+
+/* Each rate is listened to for this long in the first round, twice as long in each further one */
+#define XY3_SEARCH_MS		500
+#define XY3_SEARCH_MS_MAX	4000
+/* A rate that the UART cannot do is passed over, in no haste, for it may be all of them */
+#define XY3_SEARCH_SKIP_MS	100
+/* A rate is given up at once after so many bytes without sync, or damaged ones */
+#define XY3_SEARCH_BYTES	1024
+#define XY3_SEARCH_ERRORS	4
+
+/* A head that was told a new rate has so much time to appear at it, sync packet and all */
+#define XY3_RESYNC_MS		3000
+/* What a UART has received at the old rate may be on its way to us for so long */
+#define XY3_SETTLE_MS		20
+
+/* ---- the rate ---- */
+
+/**
+ * xy3_rate_close() - is a UART's rate near enough to the one that is wanted
+ * @rate: what the UART has made of it, in bit/s
+ * @wanted: what it should be, in bit/s
+ *
+ * Return: true when they differ by 2.5 percent at most.
+ */
+bool xy3_rate_close(unsigned int rate, unsigned int wanted)
+{
+	return abs((int)(rate - wanted)) <= (int)wanted / 40;
+}
+
+/**
+ * xy3_back_rate_changed() - the UART has a new rate
+ * @back: the backchannel
+ * @rate: in bit/s
+ *
+ * May be called while the UART's settings are locked.
+ */
+void xy3_back_rate_changed(struct xy3_back *back, unsigned int rate)
+{
+	WRITE_ONCE(back->head->rate, rate);
+	queue_work(system_percpu_wq, &back->head->tty_rate_work);
+}
+
+/**
+ * xy3_sync_changed() - sync was found or lost
+ * @head: the head; its lock is held
+ */
+void xy3_sync_changed(struct xy3_head *head)
+{
+	struct xy3_autobaud *search = &head->autobaud;
+
+	trace_sync(head->number, head->parser.in_sync, head->parser.dropped_bytes);
+	head->news.sync = true;
+	xy3_news_later(head);
+	if (!head->parser.in_sync) {
+		xy3_autobaud_start(head);
+		return;
+	}
+	search->round = 0;
+	wake_up_all(&head->resync);
+}
+
+/* What comes now is another stream */
+static void xy3_lose_sync(struct xy3_head *head)
+{
+	guard(mutex)(&head->lock);
+	if (head->parser.in_sync) {
+		xy3_parse_lost(&head->parser, 0);
+		xy3_sync_changed(head);
+	}
+	head->autobaud.line_errors = 0;
+	head->autobaud.bytes = 0;
+}
+
+/* Move the UART, or leave it where it is */
+static int xy3_move_uart(struct xy3_head *head, struct xy3_back *back, unsigned int rate)
+{
+	int err;
+
+	err = back->ops->set_rate(back, head->rate, rate);
+	if (err)
+		return err;
+	xy3_back_rate_changed(back, rate);
+	xy3_lose_sync(head);
+	return 0;
+}
+
+/* The head is told; before that is done it speaks at its old rate */
+static int xy3_tell_rate(struct xy3_head *head, int command)
+{
+	const struct xy3_forward_ops *ops = head->forward->ops;
+	int err;
+
+	err = xy3_send_command(head, command);
+	if (!err && ops->drain)
+		err = ops->drain(head->forward);
+	return err;
+}
+
+/* Wait for the head at a rate that it was told. Return whether it is there. */
+static bool xy3_wait_resync(struct xy3_head *head)
+{
+	/* sync that is left over from the old rate would prove nothing */
+	msleep(XY3_SETTLE_MS);
+	xy3_lose_sync(head);
+	wait_event_timeout(head->resync,
+			   READ_ONCE(head->parser.in_sync) || READ_ONCE(head->parting),
+			   msecs_to_jiffies(XY3_RESYNC_MS));
+	return READ_ONCE(head->parser.in_sync);
+}
+
+/* Both ends, the head first; and back again if they do not meet */
+static int xy3_move_both(struct xy3_head *head, unsigned int rate)
+{
+	unsigned int was = head->rate;
+	int command = xy3_rate_command(was);
+	int err;
+
+	err = xy3_tell_rate(head, xy3_rate_command(rate));
+	if (err)
+		return err;
+	err = xy3_move_uart(head, head->back, rate);
+	if (!err && xy3_wait_resync(head))
+		return 0;
+
+	/* a UART may have had a rate that no head can have */
+	if (command >= 0)
+		xy3_tell_rate(head, command);
+	if (err)
+		return err;
+	xy3_move_uart(head, head->back, was);
+	return READ_ONCE(head->parting) ? -ENODEV : -ETIMEDOUT;
+}
+
+/**
+ * xy3_set_rate() - change the rate of the backchannel, at both ends
+ * @head: the head
+ * @rate: one of the five, in bit/s
+ *
+ * With a forward channel the head is told first, then the UART is moved, and the head has to be
+ * there within XY3_RESYNC_MS. Without one the caller knows where it is.
+ *
+ * Return: 0; -EINVAL when it is another rate or one that the UART cannot do; -ETIMEDOUT when the
+ * head does not appear at it; -ENODEV without a backchannel; or the forward channel's error. Then
+ * the rate is what it was, at both ends.
+ */
+int xy3_set_rate(struct xy3_head *head, unsigned int rate)
+{
+	if (xy3_rate_command(rate) < 0)
+		return -EINVAL;
+
+	guard(mutex)(&head->rate_lock);
+	if (!head->back)
+		return -ENODEV;
+	/* a head that has restarted may have another rate: then it is told once more */
+	if (head->rate == rate && (!head->forward || READ_ONCE(head->parser.in_sync)))
+		return 0;
+
+	if (head->forward)
+		return xy3_move_both(head, rate);
+	return xy3_move_uart(head, head->back, rate);
+}
+
+/**
+ * xy3_get_rate() - the rate in force
+ * @head: the head
+ *
+ * Return: in bit/s; 0 without a backchannel.
+ */
+unsigned int xy3_get_rate(const struct xy3_head *head)
+{
+	return READ_ONCE(head->rate);
+}
+
+/* ---- the search for the rate ---- */
+
+/* The next rate to try; a round begins with the rate that was there first */
+static unsigned int xy3_next_rate(struct xy3_autobaud *search)
+{
+	if (!xy3_rate(++search->index))
+		search->index = 0;
+	if (search->moved && search->index == search->first)
+		search->round++;
+	search->moved = true;
+	return xy3_rate(search->index);
+}
+
+static void xy3_autobaud_work(struct work_struct *work)
+{
+	struct xy3_head *head =
+		container_of(to_delayed_work(work), struct xy3_head, autobaud.work);
+	struct xy3_autobaud *search = &head->autobaud;
+	unsigned int rate, ms;
+	int err;
+
+	/* first, as who has it may be about to find the head */
+	guard(mutex)(&head->rate_lock);
+	if (!head->back)
+		return;
+	scoped_guard(mutex, &head->lock) {
+		if (!search->on || head->parser.in_sync || head->gone)
+			return;
+		rate = xy3_next_rate(search);
+		ms = min(XY3_SEARCH_MS << min(search->round, 3U), XY3_SEARCH_MS_MAX);
+	}
+
+	/* the head is not told: it is the one who knows */
+	err = xy3_move_uart(head, head->back, rate);
+
+	guard(mutex)(&head->lock);
+	if (!head->gone)
+		mod_delayed_work(system_percpu_wq, &search->work,
+				 msecs_to_jiffies(err ? XY3_SEARCH_SKIP_MS : ms));
+}
+
+/**
+ * xy3_autobaud_init() - prepare the search of a new head
+ * @head: the head
+ */
+void xy3_autobaud_init(struct xy3_head *head)
+{
+	INIT_DELAYED_WORK(&head->autobaud.work, xy3_autobaud_work);
+}
+
+/**
+ * xy3_autobaud_start() - search from now on, if that is wanted and sync is not there
+ * @head: the head; its lock is held
+ *
+ * The present rate has the first turn.
+ */
+void xy3_autobaud_start(struct xy3_head *head)
+{
+	struct xy3_autobaud *search = &head->autobaud;
+	unsigned int index = 0;
+
+	if (!search->on || head->parser.in_sync || head->gone)
+		return;
+	while (xy3_rate(index) && xy3_rate(index) != xy3_get_rate(head))
+		index++;
+	search->index = index;
+	/* behind the last: another rate than the five, so it has no turn in the next round */
+	search->first = xy3_rate(index) ? index : 0;
+	search->round = 0;
+	search->moved = false;
+	mod_delayed_work(system_percpu_wq, &search->work, msecs_to_jiffies(XY3_SEARCH_MS));
+}
+
+/* Out of sync at a rate that is being tried, and there is proof that it is the wrong one */
+static bool xy3_rate_is_wrong(const struct xy3_head *head)
+{
+	const struct xy3_autobaud *search = &head->autobaud;
+
+	return search->on && search->moved && !head->parser.in_sync &&
+	       (search->line_errors >= XY3_SEARCH_ERRORS || search->bytes >= XY3_SEARCH_BYTES);
+}
+
+/**
+ * xy3_autobaud_hurry() - try the next rate at once if the present one is proved wrong
+ * @head: the head; its lock is held
+ */
+void xy3_autobaud_hurry(struct xy3_head *head)
+{
+	if (xy3_rate_is_wrong(head) && !head->gone)
+		mod_delayed_work(system_percpu_wq, &head->autobaud.work, 0);
+}
+
+/**
+ * xy3_set_autobaud() - switch the search on or off
+ * @head: the head
+ * @on: search whenever sync is lost
+ *
+ * When it is switched off, the rate stays where the search has come to.
+ */
+void xy3_set_autobaud(struct xy3_head *head, bool on)
+{
+	guard(mutex)(&head->lock);
+	if (head->autobaud.on == on)
+		return;
+	head->autobaud.on = on;
+	xy3_autobaud_start(head);
+}
