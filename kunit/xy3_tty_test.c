@@ -644,6 +644,27 @@ static void hangup_in_open_test(struct kunit *test)
 	}
 }
 
+/* Nothing that would change what is read or written can be switched on */
+static void raw_test(struct kunit *test)
+{
+	struct tty_struct *tty;
+	struct ktermios termios;
+
+	line_come(test);
+	tty = reader_open(test, head_of_number(0));
+	termios = tty->termios;
+	termios.c_iflag = ~0;
+	termios.c_oflag = ~0;
+	termios.c_lflag = ~0;
+	termios.c_cc[VMIN] = 7;
+	tty_set_termios(tty, &termios);
+	KUNIT_EXPECT_EQ(test, tty->termios.c_iflag, 0);
+	KUNIT_EXPECT_EQ(test, tty->termios.c_oflag, 0);
+	KUNIT_EXPECT_EQ(test, tty->termios.c_lflag, 0);
+	KUNIT_EXPECT_EQ(test, tty->termios.c_cc[VMIN], 7);
+	KUNIT_EXPECT_EQ(test, tty_get_baud_rate(tty), 115200);
+}
+
 static struct kunit_case xy3_tty_cases[] = {
 	KUNIT_CASE(attach_test),
 	KUNIT_CASE(attach_two_test),
@@ -665,6 +686,7 @@ static struct kunit_case xy3_tty_cases[] = {
 	KUNIT_CASE(gone_test),
 	KUNIT_CASE(hangup_in_read_test),
 	KUNIT_CASE(hangup_in_open_test),
+	KUNIT_CASE(raw_test),
 	{}
 };
 

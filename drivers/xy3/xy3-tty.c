@@ -221,8 +221,11 @@ static void xy3_set_termios(struct tty_struct *tty, const struct ktermios *old)
 	struct xy3_head *head = xy3_line_head(line);
 	unsigned int rate = tty_get_baud_rate(tty);
 
-	/* bits and parity are what they are */
+	/* bits and parity are what they are, and packets and frames pass unchanged */
 	tty_termios_copy_hw(&tty->termios, old);
+	tty->termios.c_iflag = 0;
+	tty->termios.c_oflag = 0;
+	tty->termios.c_lflag = 0;
 	if (!head)
 		return;
 	if (rate != tty_termios_baud_rate(old))

@@ -267,13 +267,18 @@ class TestSettings(Case):
         assert reader.rest() == P(0x50, payload) + P(0x51, b'\xff\r\n\x03\x04\x11\x13\0')
         assert polled(head.uart.master, select.POLLIN, 0.1) == 0
 
-    def test_raw_again_after_close(self):
+    def test_raw_for_ever(self):
+        """What stty, getty or a terminal program switches on stays off; `stty raw` succeeds."""
         head = self.synced()
-        reader = head.open()
-        subprocess.run(['stty', '-F', head.node, 'sane'], check=True)
-        assert self.modes(reader.fd)[2] != 0
-        reader.close()
-        assert self.modes(head.open().fd)[:3] == (0, 0, 0)
+        reader = head.open(os.O_RDWR)
+        for modes in ('sane', 'echo', 'icanon', 'isig', 'opost', 'ixon', 'parmrk', 'icrnl'):
+            status, _ = head_rig.run('stty', '-F', head.node, modes)
+            assert status != 0, modes
+            assert self.modes(reader.fd)[:3] == (0, 0, 0), modes
+        subprocess.run(['stty', '-F', head.node, 'raw', '-echo'], check=True)
+        payload = bytes(range(255))
+        head.send(P(0x50, payload), P(0x51, b'\xff\r\n\x03\x04\x11\x13\0'))
+        assert reader.rest() == P(0x50, payload) + P(0x51, b'\xff\r\n\x03\x04\x11\x13\0')
 
     def test_it_is_a_tty(self):
         head = self.synced()
