@@ -644,6 +644,136 @@ static void hangup_in_open_test(struct kunit *test)
 	}
 }
 
+/* Read from N_TTY like a program that does not wait */
+static ssize_t reader_read(struct tty_struct *tty, u8 *data, size_t size)
+{
+	static const struct file_operations no_operations = { };
+	struct file file = { .f_op = &no_operations, .f_flags = O_NONBLOCK };
+	struct tty_ldisc *ld = tty_ldisc_ref_wait(tty);
+	void *cookie = NULL;
+	ssize_t got, more;
+
+	flush_work(&tty->port->buf.work);
+	got = ld->ops->read(tty, &file, data, size, &cookie, 0);
+	while (cookie) {
+		more = ld->ops->read(tty, &file, data + got, size - got, &cookie, 0);
+		if (more > 0)
+			got += more;
+	}
+	tty_ldisc_deref(ld);
+	return got;
+}
+
+/* All that comes, until there is no more */
+static size_t reader_read_all(struct tty_struct *tty, u8 *data, size_t size)
+{
+	size_t got = 0;
+	ssize_t more;
+
+	for (;;) {
+		more = reader_read(tty, data + got, size - got);
+		if (more <= 0)
+			return got;
+		got += more;
+	}
+}
+
+/* A reader that is behind by more than N_TTY keeps gets all of it when it reads on */
+static void behind_test(struct kunit *test)
+{
+	struct line *line = line_come(test);
+	struct tty_struct *tty = reader_open(test, head_of_number(0));
+	u8 *stream = make_stream(test), *data = kunit_kzalloc(test, STREAM_SIZE, GFP_KERNEL);
+
+	KUNIT_ASSERT_NOT_NULL(test, data);
+	line_send(test, line, stream, NULL, STREAM_SIZE);
+	KUNIT_EXPECT_EQ(test, reader_read_all(tty, data, STREAM_SIZE), STREAM_SIZE);
+	KUNIT_EXPECT_MEMEQ(test, data, stream, STREAM_SIZE);
+}
+
+/*
+ * tcsetattr(TCSAFLUSH) when more waits than N_TTY keeps: it drops what N_TTY has, and that is whole
+ * packets. The rest comes by itself.
+ */
+static void flush_of_a_full_buffer_test(struct kunit *test)
+{
+	struct line *line = line_come(test);
+	struct tty_struct *tty = reader_open(test, head_of_number(0));
+	u8 *stream = make_stream(test), *data = kunit_kzalloc(test, STREAM_SIZE, GFP_KERNEL);
+	struct ktermios termios;
+	struct tty_ldisc *ld;
+	size_t got;
+
+	KUNIT_ASSERT_NOT_NULL(test, data);
+	line_send(test, line, stream, NULL, STREAM_SIZE);
+	flush_work(&tty->port->buf.work);
+	ld = tty_ldisc_ref_wait(tty);
+	ld->ops->flush_buffer(tty);
+	tty_ldisc_deref(ld);
+	termios = tty->termios;
+	tty_set_termios(tty, &termios);
+
+	got = reader_read_all(tty, data, STREAM_SIZE);
+	KUNIT_EXPECT_GT(test, got, STREAM_SIZE / 2 - STREAM_SIZE / 10);
+	KUNIT_EXPECT_LT(test, got, STREAM_SIZE);
+	KUNIT_EXPECT_EQ(test, got % (XY3_PACKET_HEADER + STREAM_PAYLOAD), 0);
+	KUNIT_EXPECT_MEMEQ(test, data, stream + STREAM_SIZE - got, got);
+}
+
+static int vhangup_thread(void *tty)
+{
+	tty_vhangup(tty);
+	return 0;
+}
+
+/*
+ * TIOCVHANGUP, or the exit of a session leader, while a reader is in read(), as in
+ * hangup_in_read_test. The kernel's own flush is all there is: what comes behind it is dropped.
+ */
+static void user_hangup_in_read_test(struct kunit *test)
+{
+	static const struct file_operations no_operations = { };
+	struct file file = { .f_op = &no_operations, .f_flags = O_NONBLOCK };
+	struct line *line = line_come(test);
+	u8 *stream = make_stream(test), data[STREAM_READ];
+	struct task_struct *hangup;
+	struct tty_struct *tty;
+	struct tty_ldisc *ld;
+	void *cookie = NULL;
+	ssize_t got;
+
+	tty = reader_open(test, head_of_number(0));
+	line_send(test, line, stream, NULL, STREAM_SIZE);
+	flush_work(&tty->port->buf.work);
+	hangup = kthread_create(vhangup_thread, tty, "xy3-rig-hangup");
+	KUNIT_ASSERT_NOT_ERR_OR_NULL(test, hangup);
+	get_task_struct(hangup);
+
+	ld = tty_ldisc_ref_wait(tty);
+	KUNIT_EXPECT_EQ(test, ld->ops->read(tty, &file, data, STREAM_READ, &cookie, 0),
+			STREAM_READ);
+	KUNIT_EXPECT_MEMEQ(test, data, stream, STREAM_READ);
+	KUNIT_EXPECT_NOT_NULL(test, cookie);
+
+	wake_up_process(hangup);
+	WAIT_FOR(test, rwsem_is_contended(&tty->termios_rwsem));
+	tty_flip_buffer_push(tty->port);
+	WAIT_FOR(test, mutex_is_locked(&tty->port->buf.lock));
+	if (cookie)
+		ld->ops->read(tty, &file, data, 0, &cookie, 0);
+	KUNIT_EXPECT_NULL(test, cookie);
+	WAIT_FOR(test, test_bit(TTY_HUPPING, &tty->flags) &&
+		 !mutex_is_locked(&tty->port->buf.lock));
+
+	got = ld->ops->read(tty, &file, data, STREAM_READ, &cookie, 0);
+	KUNIT_EXPECT_LE_MSG(test, got, 0, "%zd bytes from behind dropped ones", got);
+	if (cookie)
+		ld->ops->read(tty, &file, data, 0, &cookie, 0);
+	tty_ldisc_deref(ld);
+	WAIT_FOR(test, test_bit(TTY_HUPPED, &tty->flags));
+	KUNIT_EXPECT_EQ(test, kthread_stop_put(hangup), 0);
+}
+
 /* Nothing that would change what is read or written can be switched on */
 static void raw_test(struct kunit *test)
 {
@@ -686,6 +816,9 @@ static struct kunit_case xy3_tty_cases[] = {
 	KUNIT_CASE(gone_test),
 	KUNIT_CASE(hangup_in_read_test),
 	KUNIT_CASE(hangup_in_open_test),
+	KUNIT_CASE(behind_test),
+	KUNIT_CASE(flush_of_a_full_buffer_test),
+	KUNIT_CASE(user_hangup_in_read_test),
 	KUNIT_CASE(raw_test),
 	{}
 };

@@ -97,6 +97,81 @@ static const struct tty_port_operations xy3_port_ops = {
 	.destruct = xy3_port_destruct,
 };
 
+/* ---- the way to the line discipline ---- */
+
+/*
+ * How many bytes the line discipline takes now. N_TTY sets receive_room whenever it is given data,
+ * also when there are none.
+ */
+static size_t xy3_ldisc_room(struct tty_port *port, struct tty_struct *tty)
+{
+	tty_port_default_client_ops.receive_buf(port, NULL, NULL, 0);
+	return READ_ONCE(tty->receive_room);
+}
+
+/* Bytes of as many packets from the start of @data as fit into @room; @data are whole packets */
+static size_t xy3_packets_that_fit(const u8 *data, size_t count, size_t room)
+{
+	size_t whole = 0;
+
+	while (whole < count) {
+		size_t size = XY3_PACKET_HEADER + data[whole + XY3_PACKET_HEADER - 1];
+
+		if (whole + size > room)
+			break;
+		whole += size;
+	}
+	return whole;
+}
+
+/*
+ * Give packets to the line discipline, and only whole ones. N_TTY would take as many bytes as it
+ * has room for. If it is flushed then, by TCSAFLUSH or a hangup, a reader gets the rest of the
+ * packet that was cut as if it were the start of one.
+ */
+static tty_taken_t xy3_receive_buf(struct tty_port *port, const u8 *data, const u8 *flags,
+				   size_t count)
+{
+	struct tty_struct *tty = READ_ONCE(port->itty);
+	size_t whole;
+
+	if (!tty)
+		return 0;
+	whole = xy3_packets_that_fit(data, count, xy3_ldisc_room(port, tty));
+	if (!whole) {
+		set_bit(TTY_THROTTLED, &tty->flags);
+		/*
+		 * From now on unthrottle() is called when the reader makes room. It may have done
+		 * so just before, so look again. Pairs with the barrier in tty_set_flow_change().
+		 */
+		smp_mb__after_atomic();
+		whole = xy3_packets_that_fit(data, count, xy3_ldisc_room(port, tty));
+	}
+	/*
+	 * A hangup flushes N_TTY, and waits for readers. These must not get what is behind the
+	 * packets that were flushed. To test for it after N_TTY's lock was taken leaves only a
+	 * hangup that begins right here.
+	 */
+	if (test_bit(TTY_HUPPING, &tty->flags))
+		return count;
+	return tty_port_default_client_ops.receive_buf(port, data, flags, whole);
+}
+
+/* The default ones but for receive_buf(); filled in by xy3_tty_init() */
+static struct tty_port_client_operations xy3_client_ops;
+
+/* Go on: the line discipline may have room */
+static void xy3_restart(struct xy3_line *line)
+{
+	struct xy3_head *head = xy3_line_head(line);
+
+	if (!head)
+		return;
+	scoped_guard(mutex, &head->lock)
+		tty_flip_buffer_push(&line->port);
+	put_device(&head->dev);
+}
+
 /* ---- the tty ---- */
 
 static int xy3_install(struct tty_driver *driver, struct tty_struct *tty)
@@ -151,6 +226,11 @@ static void xy3_hangup(struct tty_struct *tty)
 	struct xy3_line *line = tty->driver_data;
 
 	tty_port_hangup(&line->port);
+}
+
+static void xy3_unthrottle(struct tty_struct *tty)
+{
+	xy3_restart(tty->driver_data);
 }
 
 static tty_ssize_t xy3_write(struct tty_struct *tty, const u8 *data, tty_size_t size)
@@ -226,6 +306,8 @@ static void xy3_set_termios(struct tty_struct *tty, const struct ktermios *old)
 	tty->termios.c_iflag = 0;
 	tty->termios.c_oflag = 0;
 	tty->termios.c_lflag = 0;
+	/* TCSAFLUSH has emptied N_TTY, without a call of unthrottle() */
+	xy3_restart(line);
 	if (!head)
 		return;
 	if (rate != tty_termios_baud_rate(old))
@@ -239,6 +321,7 @@ static const struct tty_operations xy3_tty_ops = {
 	.open = xy3_open,
 	.close = xy3_close,
 	.hangup = xy3_hangup,
+	.unthrottle = xy3_unthrottle,
 	.write = xy3_write,
 	.write_room = xy3_write_room,
 	.set_termios = xy3_set_termios,
@@ -329,6 +412,7 @@ static struct xy3_line *xy3_line_new(void)
 		return NULL;
 	tty_port_init(&line->port);
 	line->port.ops = &xy3_port_ops;
+	line->port.client_ops = &xy3_client_ops;
 	spin_lock_init(&line->lock);
 	INIT_WORK(&line->hangup, xy3_hangup_work);
 	init_waitqueue_head(&line->hung);
@@ -413,6 +497,8 @@ int __init xy3_tty_init(void)
 	struct tty_driver *driver;
 	int err;
 
+	xy3_client_ops = tty_port_default_client_ops;
+	xy3_client_ops.receive_buf = xy3_receive_buf;
 	driver = tty_alloc_driver(XY3_HEADS_MAX, TTY_DRIVER_REAL_RAW | TTY_DRIVER_DYNAMIC_DEV |
 				  TTY_DRIVER_RESET_TERMIOS);
 	if (IS_ERR(driver))

@@ -14,11 +14,13 @@ typedef char tty_flag_t;	/* tty_ldisc_ops.receive_buf: flags are u8 since 6.6 */
 typedef int tty_count_t;	/* tty_ldisc_ops.receive_buf: the count is size_t since 6.6 */
 typedef int tty_size_t;		/* tty_operations.write: the size is size_t since 6.6 */
 typedef int tty_ssize_t;	/* tty_operations.write: ssize_t is returned since 6.6 */
+typedef int tty_taken_t;	/* tty_port_client_operations.receive_buf: size_t since 6.6 */
 #else
 typedef u8 tty_flag_t;
 typedef size_t tty_count_t;
 typedef size_t tty_size_t;
 typedef ssize_t tty_ssize_t;
+typedef size_t tty_taken_t;
 #endif
 
 #if LINUX_VERSION_CODE < KERNEL_VERSION(6, 8, 0)
