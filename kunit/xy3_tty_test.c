@@ -774,6 +774,93 @@ static void user_hangup_in_read_test(struct kunit *test)
 	KUNIT_EXPECT_EQ(test, kthread_stop_put(hangup), 0);
 }
 
+/* What a reader does by TIOCEXCL ends with the head, even if it keeps its file */
+static void exclusive_test(struct kunit *test)
+{
+	struct line *line = line_come(test);
+	struct tty_struct *tty = reader_open(test, head_of_number(0));
+
+	set_bit(TTY_EXCLUSIVE, &tty->flags);
+	line_detach(line);
+	WAIT_FOR(test, test_bit(TTY_HUPPED, &tty->flags));
+	KUNIT_EXPECT_FALSE(test, test_bit(TTY_EXCLUSIVE, &tty->flags));
+}
+
+/*
+ * A head goes while its tty is being opened, and the next one comes before that open() has failed.
+ * Another open() finds a port that is in use, and must get packets nevertheless.
+ */
+static void deaf_test(struct kunit *test)
+{
+	static const u8 syncs[] = { SYNC, SYNC };
+	struct line *line = line_come(test);
+	struct tty_struct *tty = reader_open(test, head_of_number(0));
+	u8 data[READER_MAX];
+
+	tty_lock(tty);
+	tty->ops->close(tty, NULL);
+	tty_unlock(tty);
+	line_detach(line);
+	msleep(100);		/* in time-travel, until the hangup has found nothing to hang up */
+	tty_lock(tty);
+	KUNIT_EXPECT_EQ(test, tty->ops->open(tty, NULL), -ENODEV);
+	tty_unlock(tty);
+
+	KUNIT_ASSERT_EQ(test, line_attach(line), 0);
+	tty_lock(tty);
+	tty->count++;
+	KUNIT_EXPECT_EQ(test, tty->ops->open(tty, NULL), 0);
+	tty->ops->close(tty, NULL);	/* of the open() that failed */
+	tty->count--;
+	tty_unlock(tty);
+	line_send(test, line, syncs, NULL, sizeof(syncs));
+	KUNIT_EXPECT_EQ(test, reader_read(tty, data, sizeof(data)), sizeof(syncs));
+}
+
+/* For lockdep a tty's termios_rwsem is that of any tty: another thread has to hold it */
+static int stuck_reader_thread(void *data)
+{
+	struct tty_struct *tty = data;
+
+	down_read(&tty->termios_rwsem);
+	while (!kthread_should_stop())
+		msleep(20);
+	up_read(&tty->termios_rwsem);
+	return 0;
+}
+
+/*
+ * A reader that stays in read(), in a page fault that takes its time, keeps the tty of a head that
+ * has gone from being hung up. The next head gets another number, and nothing waits for long.
+ */
+static void stuck_reader_test(struct kunit *test)
+{
+	struct line *line = line_come(test), *second = line_open(test, 1);
+	struct tty_struct *tty = reader_open(test, head_of_number(0));
+	struct task_struct *stuck;
+	s64 begin;
+
+	stuck = kthread_run(stuck_reader_thread, tty, "xy3-rig-reader");
+	KUNIT_ASSERT_NOT_ERR_OR_NULL(test, stuck);
+	WAIT_FOR(test, rwsem_is_locked(&tty->termios_rwsem));
+	/* the rate is to be shown, for which the reader is in the way as well */
+	KUNIT_EXPECT_EQ(test, store(head_of_number(0), "rate", "57600"), 0);
+	begin = ktime_to_ms(ktime_get());
+	line_detach(line);
+	KUNIT_EXPECT_EQ(test, heads(), 0);
+	KUNIT_EXPECT_LT(test, ktime_to_ms(ktime_get()) - begin, 1000);
+
+	begin = ktime_to_ms(ktime_get());
+	KUNIT_EXPECT_EQ(test, line_attach(second), 0);
+	KUNIT_EXPECT_LT(test, ktime_to_ms(ktime_get()) - begin, 2000);
+	KUNIT_EXPECT_NULL(test, head_of_number(0));
+	KUNIT_EXPECT_NOT_NULL(test, head_of_number(1));
+	KUNIT_EXPECT_EQ(test, kthread_stop(stuck), 0);
+	WAIT_FOR(test, test_bit(TTY_HUPPED, &tty->flags));
+	KUNIT_EXPECT_EQ(test, line_attach(line), 0);
+	KUNIT_EXPECT_NOT_NULL(test, head_of_number(0));
+}
+
 /* Nothing that would change what is read or written can be switched on */
 static void raw_test(struct kunit *test)
 {
@@ -819,6 +906,9 @@ static struct kunit_case xy3_tty_cases[] = {
 	KUNIT_CASE(behind_test),
 	KUNIT_CASE(flush_of_a_full_buffer_test),
 	KUNIT_CASE(user_hangup_in_read_test),
+	KUNIT_CASE(exclusive_test),
+	KUNIT_CASE(deaf_test),
+	KUNIT_CASE(stuck_reader_test),
 	KUNIT_CASE(raw_test),
 	{}
 };

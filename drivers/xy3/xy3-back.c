@@ -11,7 +11,7 @@ static void xy3_back_packet(struct xy3_head *head, const struct xy3_packet *pack
 	trace_packet(head->number, packet->type, xy3_packet_payload(packet), packet->length);
 	if (packet->type == XY3_PACKET_SYNC)
 		head->syncs++;
-	if (head->tty_open && !xy3_tty_put(head, packet->raw, xy3_packet_size(packet)))
+	if (!xy3_tty_put(head, packet->raw, xy3_packet_size(packet)))
 		head->lost_packets++;
 	xy3_telemetry_packet(head, packet);
 }
@@ -71,8 +71,6 @@ void xy3_back_receive(struct xy3_back *back, const u8 *data, const u8 *flags, si
 	head->autobaud.bytes += size;
 
 	xy3_back_flagged(head, data, flags, size);
-	if (head->tty_open)
-		xy3_tty_push(head);
 	if (head->parser.in_sync != was_in_sync || head->parser.resyncs != resyncs)
 		xy3_sync_changed(head);
 	xy3_autobaud_hurry(head);

@@ -9,7 +9,6 @@
  */
 
 #include <linux/err.h>
-#include <linux/idr.h>
 #include <linux/kernel.h>
 #include <linux/list.h>
 #include <linux/module.h>
@@ -26,7 +25,6 @@ MODULE_PARM_DESC(autobaud, "New heads search for the rate of their backchannel (
 /* Serialises all that attaches or detaches; protects the list and the choice */
 static DEFINE_MUTEX(xy3_join_lock);
 static LIST_HEAD(xy3_heads);	/* by rising number */
-static DEFINE_IDA(xy3_numbers);
 
 static enum xy3_choice {
 	XY3_CHOICE_AUTO,
@@ -143,25 +141,56 @@ static void xy3_head_insert(struct xy3_head *head)
 	list_add_tail(&head->node, &other->node);
 }
 
+static bool xy3_number_is_free(unsigned int number)
+{
+	struct xy3_head *head;
+
+	list_for_each_entry(head, &xy3_heads, node)
+		if (head->number == number)
+			return false;
+	return xy3_tty_is_free(number);
+}
+
+/* The lowest number that is free */
+static int xy3_new_number(void)
+{
+	for (unsigned int number = 0; number < XY3_HEADS_MAX; number++)
+		if (xy3_number_is_free(number))
+			return number;
+	return -ENOSPC;
+}
+
+/* Take away what user space has of a head, and stop what it may have started by that */
+static void xy3_head_unregister(struct xy3_head *head)
+{
+	scoped_guard(mutex, &head->lock)
+		head->gone = true;
+
+	cancel_delayed_work_sync(&head->news.work);
+	xy3_hwmon_remove(head);
+	xy3_tty_remove(head);
+	device_del(&head->dev);
+	/* the attributes are gone, so nothing can queue it again */
+	cancel_delayed_work_sync(&head->autobaud.work);
+	put_device(&head->dev);
+}
+
 static struct xy3_head *xy3_head_new(void)
 {
 	struct xy3_head *head;
 	int number, err;
 
-	number = ida_alloc_max(&xy3_numbers, XY3_HEADS_MAX - 1, GFP_KERNEL);
+	number = xy3_new_number();
 	if (number < 0)
 		return ERR_PTR(number);
 	head = kzalloc(sizeof(*head), GFP_KERNEL);
-	if (!head) {
-		ida_free(&xy3_numbers, number);
+	if (!head)
 		return ERR_PTR(-ENOMEM);
-	}
 	head->number = number;
 	mutex_init(&head->rate_lock);
 	init_waitqueue_head(&head->resync);
 	spin_lock_init(&head->forward_lock);
 	mutex_init(&head->lock);
-	INIT_WORK(&head->tty_rate_work, xy3_tty_rate_work);
 	xy3_telemetry_init(head);
 	xy3_autobaud_init(head);
 	head->autobaud.on = autobaud;
@@ -172,39 +201,24 @@ static struct xy3_head *xy3_head_new(void)
 	err = dev_set_name(&head->dev, "xy3-%u", head->number);
 	if (!err)
 		err = device_add(&head->dev);
-	if (err)
-		goto no_device;
+	if (err) {
+		put_device(&head->dev);
+		return ERR_PTR(err);
+	}
 	err = xy3_tty_add(head);
-	if (err)
-		goto no_tty;
+	if (err) {
+		xy3_head_unregister(head);
+		return ERR_PTR(err);
+	}
 	xy3_head_insert(head);
 	return head;
-
-no_tty:
-	device_del(&head->dev);
-no_device:
-	ida_free(&xy3_numbers, number);
-	put_device(&head->dev);
-	return ERR_PTR(err);
 }
 
 /* The last transport has gone */
 static void xy3_head_remove(struct xy3_head *head)
 {
 	list_del(&head->node);
-	scoped_guard(mutex, &head->lock)
-		head->gone = true;
-
-	cancel_delayed_work_sync(&head->news.work);
-	xy3_hwmon_remove(head);
-	xy3_tty_remove(head);
-	device_del(&head->dev);
-	/* no attribute is left that could have this one queued */
-	cancel_delayed_work_sync(&head->autobaud.work);
-	cancel_work_sync(&head->tty_rate_work);
-
-	ida_free(&xy3_numbers, head->number);
-	put_device(&head->dev);
+	xy3_head_unregister(head);
 }
 
 /* ---- transports ---- */
@@ -276,6 +290,7 @@ int xy3_back_attach(struct xy3_back *back)
 {
 	struct xy3_head *head;
 
+	xy3_tty_wait_hung();
 	guard(mutex)(&xy3_join_lock);
 	back->partner = xy3_back_partner(back);
 	head = xy3_head_for_back(back);
@@ -295,7 +310,7 @@ int xy3_back_attach(struct xy3_back *back)
 		if (back->dev && device_property_read_bool(back->dev, "big-endian"))
 			head->order = XY3_BIG_ENDIAN;
 		xy3_autobaud_start(head);
-		queue_work(system_percpu_wq, &head->tty_rate_work);
+		queue_work(system_dfl_wq, head->show_rate);
 	}
 	xy3_link(head, back->dev, "back");
 	return 0;
@@ -335,6 +350,7 @@ int xy3_forward_attach(struct xy3_forward *forward)
 {
 	struct xy3_head *head;
 
+	xy3_tty_wait_hung();
 	guard(mutex)(&xy3_join_lock);
 	head = xy3_head_for_forward(forward);
 	if (!head)
@@ -387,5 +403,4 @@ int __init xy3_head_init(void)
 void xy3_head_exit(void)
 {
 	class_unregister(&xy3_class);
-	ida_destroy(&xy3_numbers);
 }

@@ -49,7 +49,7 @@ bool xy3_rate_close(unsigned int rate, unsigned int wanted)
 void xy3_back_rate_changed(struct xy3_back *back, unsigned int rate)
 {
 	WRITE_ONCE(back->head->rate, rate);
-	queue_work(system_percpu_wq, &back->head->tty_rate_work);
+	queue_work(system_dfl_wq, back->head->show_rate);
 }
 
 /**

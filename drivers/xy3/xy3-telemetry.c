@@ -170,7 +170,8 @@ static void xy3_tell_identity(struct xy3_head *head)
 	char *properties[] = { "XY3_EVENT=identity", NULL };
 
 	xy3_tell(head, properties);
-	xy3_tty_identity(head);
+	/* links that udev makes to it are named by this */
+	kobject_uevent(&head->tty->kobj, KOBJ_CHANGE);
 }
 
 static void xy3_news_work(struct work_struct *work)

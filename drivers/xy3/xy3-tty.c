@@ -6,6 +6,7 @@
  * tty does not keep the number from the next head, nor is its tty in that one's way.
  */
 
+#include <linux/bitmap.h>
 #include <linux/completion.h>
 #include <linux/err.h>
 #include <linux/slab.h>
@@ -20,31 +21,35 @@
 /* Frames are taken at once or refused: there is always room */
 #define XY3_WRITE_ROOM		4096
 
-/* As long as a hangup may take */
-#define XY3_HANGUP_TIMEOUT	(5 * HZ)
+/* How long a new head waits for the hangup of an earlier one's tty */
+#define XY3_HANGUP_TIMEOUT	HZ
 
 /**
  * struct xy3_line - what belongs to a number
  * @port: the tty's port
- * @lock: protects @head and @hanging
+ * @number: the number
+ * @lock: protects @head
  * @head: the head with this number, or NULL
- * @hanging: @hangup is queued or at work
+ * @open: the tty is open, and packets go there; read without a lock
  * @hangup: hangs up the tty of the last head
- * @hung: where the next head waits until @hanging is false
- * @dev: the tty device, while there is a head
+ * @show_rate: lets the tty's speed be the rate in force
  */
 struct xy3_line {
 	struct tty_port port;
+	unsigned int number;
 	spinlock_t lock;	/* see above */
 	struct xy3_head *head;
-	bool hanging;
+	bool open;
 	struct work_struct hangup;
-	wait_queue_head_t hung;
-	struct device *dev;
+	struct work_struct show_rate;
 };
 
 static struct tty_driver *xy3_tty_driver;
 static struct xy3_line *xy3_lines[XY3_HEADS_MAX];
+
+/* Numbers whose last head has gone, and whose tty is yet to be hung up */
+static DECLARE_BITMAP(xy3_hanging, XY3_HEADS_MAX);
+static DECLARE_WAIT_QUEUE_HEAD(xy3_hung);
 
 static struct xy3_line *xy3_port_line(struct tty_port *port)
 {
@@ -62,28 +67,17 @@ static struct xy3_head *xy3_line_head(struct xy3_line *line)
 
 /* ---- the port ---- */
 
-static void xy3_set_open(struct xy3_line *line, bool open)
-{
-	struct xy3_head *head = xy3_line_head(line);
-
-	if (!head)
-		return;
-	scoped_guard(mutex, &head->lock)
-		head->tty_open = open;
-	put_device(&head->dev);
-}
-
 static int xy3_port_activate(struct tty_port *port, struct tty_struct *tty)
 {
 	/* what the last reader has left may begin in the middle of a packet */
 	tty_ldisc_flush(tty);
-	xy3_set_open(xy3_port_line(port), true);
+	WRITE_ONCE(xy3_port_line(port)->open, true);
 	return 0;
 }
 
 static void xy3_port_shutdown(struct tty_port *port)
 {
-	xy3_set_open(xy3_port_line(port), false);
+	WRITE_ONCE(xy3_port_line(port)->open, false);
 }
 
 static void xy3_port_destruct(struct tty_port *port)
@@ -226,6 +220,8 @@ static void xy3_hangup(struct tty_struct *tty)
 	struct xy3_line *line = tty->driver_data;
 
 	tty_port_hangup(&line->port);
+	/* the next head's tty may be the same one, for whoever opens it */
+	clear_bit(TTY_EXCLUSIVE, &tty->flags);
 }
 
 static void xy3_unthrottle(struct tty_struct *tty)
@@ -330,56 +326,47 @@ static const struct tty_operations xy3_tty_ops = {
 /* ---- for the head ---- */
 
 /**
- * xy3_tty_put() - give a packet to who reads the tty
+ * xy3_tty_put() - give a packet to the reader of the tty
  * @head: the head; its lock is held
  * @packet: the packet
  * @size: its bytes
  *
- * Return: true; false when there is no room for the whole of it, and then nothing was given.
+ * Return: true, also when the tty is not open; false when there is no room for the whole packet,
+ * and then nothing was given.
  */
 bool xy3_tty_put(struct xy3_head *head, const u8 *packet, size_t size)
 {
-	struct tty_port *port = &xy3_lines[head->number]->port;
+	struct xy3_line *line = xy3_lines[head->number];
 
-	if (tty_buffer_request_room(port, size) < size)
+	if (!READ_ONCE(line->open))
+		return true;
+	if (tty_buffer_request_room(&line->port, size) < size)
 		return false;
-	tty_insert_flip_string(port, packet, size);
+	tty_insert_flip_string(&line->port, packet, size);
+	tty_flip_buffer_push(&line->port);
 	return true;
 }
 
-/**
- * xy3_tty_push() - let the reader have what was given
- * @head: the head; its lock is held
+/*
+ * A work of the line, not of the head: it waits for readers, each of which may take any time to
+ * copy its data to user space, and a head that goes must not wait for that.
  */
-void xy3_tty_push(struct xy3_head *head)
+static void xy3_show_rate_work(struct work_struct *work)
 {
-	tty_flip_buffer_push(&xy3_lines[head->number]->port);
-}
-
-/**
- * xy3_tty_rate_work() - let the tty's speed be the rate in force
- * @work: tty_rate_work of a head
- */
-void xy3_tty_rate_work(struct work_struct *work)
-{
-	struct xy3_head *head = container_of(work, struct xy3_head, tty_rate_work);
-	struct tty_struct *tty = tty_port_tty_get(&xy3_lines[head->number]->port);
+	struct xy3_line *line = container_of(work, struct xy3_line, show_rate);
+	struct tty_struct *tty = tty_port_tty_get(&line->port);
+	struct xy3_head *head;
 
 	if (!tty)
 		return;
 	down_write(&tty->termios_rwsem);
-	xy3_show_rate(tty, xy3_get_rate(head));
+	head = xy3_line_head(line);
+	if (head) {
+		xy3_show_rate(tty, xy3_get_rate(head));
+		put_device(&head->dev);
+	}
 	up_write(&tty->termios_rwsem);
 	tty_kref_put(tty);
-}
-
-/**
- * xy3_tty_identity() - the head has said who it is: names that depend on it are due
- * @head: the head
- */
-void xy3_tty_identity(struct xy3_head *head)
-{
-	kobject_uevent(&xy3_lines[head->number]->dev->kobj, KOBJ_CHANGE);
 }
 
 /*
@@ -398,13 +385,11 @@ static void xy3_hangup_work(struct work_struct *work)
 		tty_vhangup(tty);
 		tty_kref_put(tty);
 	}
-	/* queued again if another head has come and gone, which did not wait until now */
-	scoped_guard(spinlock_irqsave, &line->lock)
-		line->hanging = work_pending(work);
-	wake_up_all(&line->hung);
+	clear_bit(line->number, xy3_hanging);
+	wake_up_all(&xy3_hung);
 }
 
-static struct xy3_line *xy3_line_new(void)
+static struct xy3_line *xy3_line_new(unsigned int number)
 {
 	struct xy3_line *line = kzalloc(sizeof(*line), GFP_KERNEL);
 
@@ -414,15 +399,33 @@ static struct xy3_line *xy3_line_new(void)
 	line->port.ops = &xy3_port_ops;
 	line->port.client_ops = &xy3_client_ops;
 	spin_lock_init(&line->lock);
+	line->number = number;
 	INIT_WORK(&line->hangup, xy3_hangup_work);
-	init_waitqueue_head(&line->hung);
+	INIT_WORK(&line->show_rate, xy3_show_rate_work);
 	return line;
 }
 
-/* The hangup does not depend on the UART, whose tty is locked here */
-static void xy3_wait_hung(struct xy3_line *line)
+/**
+ * xy3_tty_wait_hung() - wait for the hangups of ttys whose heads have gone, for a second at most
+ *
+ * A reader can hold up the hangup of its tty for as long as it likes. Nothing may be locked here
+ * that another head requires to go.
+ */
+void xy3_tty_wait_hung(void)
 {
-	wait_event_timeout(line->hung, !READ_ONCE(line->hanging), XY3_HANGUP_TIMEOUT);
+	wait_event_timeout(xy3_hung, bitmap_empty(xy3_hanging, XY3_HEADS_MAX),
+			   XY3_HANGUP_TIMEOUT);
+}
+
+/**
+ * xy3_tty_is_free() - can a new head have this number
+ * @number: the number, which no head has
+ *
+ * Return: whether the tty of the last head with it has been hung up.
+ */
+bool xy3_tty_is_free(unsigned int number)
+{
+	return !test_bit(number, xy3_hanging);
 }
 
 /**
@@ -437,12 +440,11 @@ int xy3_tty_add(struct xy3_head *head)
 	struct device *dev;
 
 	if (!line) {
-		line = xy3_line_new();
+		line = xy3_line_new(head->number);
 		if (!line)
 			return -ENOMEM;
 		xy3_lines[head->number] = line;
 	}
-	xy3_wait_hung(line);
 	scoped_guard(spinlock_irqsave, &line->lock)
 		line->head = head;
 
@@ -452,27 +454,26 @@ int xy3_tty_add(struct xy3_head *head)
 			line->head = NULL;
 		return PTR_ERR(dev);
 	}
-	line->dev = dev;
+	head->tty = dev;
+	head->show_rate = &line->show_rate;
 	return 0;
 }
 
 /**
  * xy3_tty_remove() - hang the tty up and take it away
- * @head: the head that goes
+ * @head: the head that goes; it need not have one
  */
 void xy3_tty_remove(struct xy3_head *head)
 {
 	struct xy3_line *line = xy3_lines[head->number];
 
-	/*
-	 * By a worker: the UART's tty is locked here, and the hangup waits for readers, each of
-	 * which may take any time to copy its data to user space.
-	 */
-	scoped_guard(spinlock_irqsave, &line->lock) {
+	if (!head->tty)
+		return;
+	scoped_guard(spinlock_irqsave, &line->lock)
 		line->head = NULL;
-		line->hanging = true;
-		queue_work(system_dfl_wq, &line->hangup);
-	}
+	/* by a worker: the UART's tty is locked here, and the hangup waits for readers */
+	set_bit(line->number, xy3_hanging);
+	queue_work(system_dfl_wq, &line->hangup);
 	tty_unregister_device(xy3_tty_driver, head->number);
 }
 
@@ -537,6 +538,7 @@ void xy3_tty_exit(void)
 		if (!xy3_lines[i])
 			continue;
 		flush_work(&xy3_lines[i]->hangup);
+		flush_work(&xy3_lines[i]->show_rate);
 		tty_port_put(&xy3_lines[i]->port);
 	}
 }

@@ -186,7 +186,7 @@ struct xy3_autobaud {
  * @forward_lock: protects @forward
  * @forward: its forward channel, or NULL
  *
- * @lock: protects all that follows up to @tty_rate_work; taken for each piece of data that comes,
+ * @lock: protects all that follows up to @lost_packets; taken for each piece of data that comes,
  *	never held while the UART is moved or a device is registered
  * @gone: going away: no work is queued any more
  * @parser: packets of the stream
@@ -194,12 +194,12 @@ struct xy3_autobaud {
  * @telemetry: what was reported
  * @news: what has changed
  * @autobaud: the search for the rate
- * @tty_open: somebody has the tty open, and packets go there
  * @syncs: sync packets
  * @line_errors: bytes that the UART has flagged
  * @lost_packets: packets that found no room in the tty
  *
- * @tty_rate_work: tells the tty that the rate has changed
+ * @tty: the device of its tty
+ * @show_rate: to be queued when the rate has changed; belongs to the tty, and outlives the head
  * @hwmon: worker of @news only, and its last user: the hwmon device, or NULL
  * @hwmon_thermometers: likewise: components that @hwmon shows, by bit
  */
@@ -224,12 +224,12 @@ struct xy3_head {
 	struct xy3_telemetry telemetry;
 	struct xy3_news news;
 	struct xy3_autobaud autobaud;
-	bool tty_open;
 	u64 syncs;
 	u64 line_errors;
 	u64 lost_packets;
 
-	struct work_struct tty_rate_work;
+	struct device *tty;
+	struct work_struct *show_rate;
 	struct device *hwmon;
 	u32 hwmon_thermometers;
 };
@@ -282,13 +282,12 @@ void xy3_sysfs_init(void);
 /* xy3-tty.c */
 int xy3_tty_init(void);
 void xy3_tty_exit(void);
+void xy3_tty_wait_hung(void);
+bool xy3_tty_is_free(unsigned int number);
 int xy3_tty_add(struct xy3_head *head);
 void xy3_tty_remove(struct xy3_head *head);
 bool xy3_tty_is_ours(const struct tty_driver *driver);
 bool xy3_tty_put(struct xy3_head *head, const u8 *packet, size_t size);
-void xy3_tty_push(struct xy3_head *head);
-void xy3_tty_rate_work(struct work_struct *work);
-void xy3_tty_identity(struct xy3_head *head);
 
 /* xy3-ldisc.c, xy3-serdev.c */
 int xy3_ldisc_init(void);

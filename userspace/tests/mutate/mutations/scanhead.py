@@ -78,11 +78,11 @@ MUTATIONS = (
              '\tif (!err && xy3_wait_resync(head))\n',
              '\tif (!err && (xy3_wait_resync(head) || head))\n', KERNEL),
     Mutation('half a packet for a slow reader', 'xy3-tty.c',
-             '\tif (tty_buffer_request_room(port, size) < size)\n',
-             '\tif (!tty_buffer_request_room(port, size))\n', SIM),
-    Mutation('packets are counted lost when nobody listens', 'xy3-back.c',
-             'if (head->tty_open && !xy3_tty_put(',
-             'if (!head->tty_open || !xy3_tty_put(', SIM),
+             '\tif (tty_buffer_request_room(&line->port, size) < size)\n',
+             '\tif (!tty_buffer_request_room(&line->port, size))\n', SIM),
+    Mutation('packets are counted lost when nobody listens', 'xy3-tty.c',
+             '\tif (!READ_ONCE(line->open))\n\t\treturn true;\n',
+             '\tif (!READ_ONCE(line->open))\n\t\treturn false;\n', SIM),
 )
 
 DRIVER = Driver(
