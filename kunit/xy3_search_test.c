@@ -204,6 +204,25 @@ static void search_refused_test(struct kunit *test)
 	KUNIT_EXPECT_GE(test, call_count(), 2 * 5);
 }
 
+/* Nor is there haste when the UART can do nothing and the head sends a lot */
+static void search_refused_loud_test(struct kunit *test)
+{
+	struct uart *uart = uart_come(test, NULL);
+
+	uart->can = can_nothing;
+	uart->rate = 126720;	/* where it stays: a tenth too fast */
+	KUNIT_ASSERT_EQ(test, store(uart_head(uart), "autobaud", "1"), 0);
+	KUNIT_ASSERT_TRUE(test, wait_calls(2));
+	clear_call_log();
+	for (unsigned int i = 0; i < 200; i++) {
+		search_send(test, uart, 1024);
+		msleep(20);
+	}
+	/* two calls for each attempt, and ten attempts a second, for four seconds or more */
+	KUNIT_EXPECT_LE(test, call_count(), 2 * 10 * 4 * 2);
+	KUNIT_EXPECT_GE(test, call_count(), 2 * 5);
+}
+
 /* The backchannel goes in the middle of it */
 static void search_leave_test(struct kunit *test)
 {
@@ -240,6 +259,7 @@ static struct kunit_case xy3_search_cases[] = {
 	KUNIT_CASE_SLOW(search_off_test),
 	KUNIT_CASE_SLOW(search_give_up_test),
 	KUNIT_CASE_SLOW(search_refused_test),
+	KUNIT_CASE_SLOW(search_refused_loud_test),
 	KUNIT_CASE_SLOW(search_leave_test),
 	{}
 };

@@ -14,7 +14,7 @@
 /* Each rate is listened to for this long in the first round, twice as long in each further one */
 #define XY3_SEARCH_MS		500
 #define XY3_SEARCH_MS_MAX	4000
-/* A rate that the UART cannot do is passed over, in no haste, for it may be all of them */
+/* Pause before skipping a rate that the UART refuses; it may refuse all of them */
 #define XY3_SEARCH_SKIP_MS	100
 /* A rate is given up at once after so many bytes without sync, or damaged ones */
 #define XY3_SEARCH_BYTES	1024
@@ -58,8 +58,6 @@ void xy3_back_rate_changed(struct xy3_back *back, unsigned int rate)
  */
 void xy3_sync_changed(struct xy3_head *head)
 {
-	struct xy3_autobaud *search = &head->autobaud;
-
 	trace_sync(head->number, head->parser.in_sync, head->parser.dropped_bytes);
 	head->news.sync = true;
 	xy3_news_later(head);
@@ -67,7 +65,6 @@ void xy3_sync_changed(struct xy3_head *head)
 		xy3_autobaud_start(head);
 		return;
 	}
-	search->round = 0;
 	wake_up_all(&head->resync);
 }
 
@@ -219,6 +216,7 @@ static void xy3_autobaud_work(struct work_struct *work)
 	err = xy3_move_uart(head, head->back, rate);
 
 	guard(mutex)(&head->lock);
+	search->refused = err;
 	if (!head->gone)
 		mod_delayed_work(system_percpu_wq, &search->work,
 				 msecs_to_jiffies(err ? XY3_SEARCH_SKIP_MS : ms));
@@ -253,6 +251,7 @@ void xy3_autobaud_start(struct xy3_head *head)
 	search->first = xy3_rate(index) ? index : 0;
 	search->round = 0;
 	search->moved = false;
+	search->refused = false;
 	mod_delayed_work(system_percpu_wq, &search->work, msecs_to_jiffies(XY3_SEARCH_MS));
 }
 
@@ -261,7 +260,7 @@ static bool xy3_rate_is_wrong(const struct xy3_head *head)
 {
 	const struct xy3_autobaud *search = &head->autobaud;
 
-	return search->on && search->moved && !head->parser.in_sync &&
+	return search->on && search->moved && !search->refused && !head->parser.in_sync &&
 	       (search->line_errors >= XY3_SEARCH_ERRORS || search->bytes >= XY3_SEARCH_BYTES);
 }
 

@@ -152,6 +152,7 @@ struct xy3_news {
  * struct xy3_autobaud - the search for a head's rate
  * @on: search whenever sync is lost
  * @moved: the UART was moved since sync was lost
+ * @refused: the UART cannot do the rate whose turn it is
  * @index: of the rate that is listened to now, for xy3_rate()
  * @first: index of the rate that begins a round
  * @round: how often all rates have been tried
@@ -162,6 +163,7 @@ struct xy3_news {
 struct xy3_autobaud {
 	bool on;
 	bool moved;
+	bool refused;
 	unsigned int index;
 	unsigned int first;
 	unsigned int round;
