@@ -118,31 +118,42 @@ static void expect_no_call(struct kunit *test)
  * struct forward - a forward channel
  * @xy3: as the driver knows it
  * @error: what to refuse frames with, when it is not 0
+ * @limited: it takes @room frames only
+ * @room: less with each frame
  */
 struct forward {
 	struct xy3_forward xy3;
 	int error;
+	bool limited;
+	unsigned int room;
 };
 
 static unsigned int rig_numbers;	/* names of devices and nodes have to differ */
 
-static int forward_command(struct xy3_forward *xy3, const u8 *frames, size_t size)
+static int forward_command(struct xy3_forward *xy3, const u8 *raw, size_t size)
+{
+	struct forward *forward = container_of(xy3, struct forward, xy3);
+	u32 frame = 0;
+
+	if (forward->limited && !forward->room)
+		return -EAGAIN;
+	forward->room--;
+	for (size_t i = 0; i < size; i++)
+		frame = frame << 8 | raw[i];
+	log_call(forward->error ? NO_FRAME : FRAME, frame);
+	return forward->error;
+}
+
+static unsigned int forward_room(struct xy3_forward *xy3)
 {
 	struct forward *forward = container_of(xy3, struct forward, xy3);
 
-	while (size) {
-		unsigned int length = frames[0] & 0x80 ? 4 : 3;
-		u32 frame = 0;
-
-		for (unsigned int i = 0; i < length && size; i++, size--)
-			frame = frame << 8 | *frames++;
-		log_call(forward->error ? NO_FRAME : FRAME, frame);
-	}
-	return forward->error;
+	return forward->limited ? forward->room : 1000;
 }
 
 static const struct xy3_forward_ops forward_ops = {
 	.command = forward_command,
+	.room = forward_room,
 };
 
 static bool forward_attached(const struct forward *forward)

@@ -6,6 +6,7 @@
  * The UART's tty belongs to xy3_rig_tty.h, so that bytes can be marked as damaged.
  */
 
+#include <linux/completion.h>
 #include <linux/cred.h>
 #include <linux/delay.h>
 #include <linux/fs.h>
@@ -407,6 +408,105 @@ static void write_test(struct kunit *test)
 	clear_call_log();
 	KUNIT_EXPECT_EQ(test, tty->ops->write(tty, data, row->size),
 			row->frames ? -ENODEV : -EINVAL);
+	expect_no_call(test);
+}
+
+/* A write is taken as far as there is room, in whole frames; poll() is told of the same room */
+static void write_room_test(struct kunit *test)
+{
+	static const u8 frames[] = { 0x08, 0, 0x06, 0x80, 0x20, 0, 0x12, 0x30, 0, 0x02 };
+	static const u8 bad[] = { 0x08, 0, 0x06, 0x08, 0, 0x07 };
+	struct forward *forward = forward_come(test);
+	struct tty_struct *tty;
+
+	line_come(test);
+	tty = reader_open(test, head_of_number(0));
+	forward->limited = true;
+	forward->room = 2;
+	KUNIT_EXPECT_EQ(test, tty_write_room(tty), 6);
+	KUNIT_EXPECT_EQ(test, tty->ops->write(tty, frames, sizeof(frames)), 7);
+	EXPECT_CALLS(test, { FRAME, 0x080006 }, { FRAME, 0x80200012 });
+	KUNIT_EXPECT_EQ(test, tty_write_room(tty), 0);
+	KUNIT_EXPECT_EQ(test, tty->ops->write(tty, frames + 7, 3), 0);
+	KUNIT_EXPECT_EQ(test, tty->ops->write(tty, bad, sizeof(bad)), -EINVAL);
+	KUNIT_EXPECT_EQ(test, store(head_of_number(0), "calibrate", "x"), -EAGAIN);
+	expect_no_call(test);
+
+	/* without a forward channel there is no reason to wait for the error */
+	forward_leave(forward);
+	KUNIT_EXPECT_GT(test, tty_write_room(tty), 0);
+	KUNIT_EXPECT_EQ(test, tty->ops->write(tty, frames, sizeof(frames)), -ENODEV);
+}
+
+/* A program that writes three frames */
+struct writer {
+	struct tty_struct *tty;
+	unsigned int flags;
+	ssize_t written;
+	struct completion done;
+};
+
+static ssize_t write_three(struct writer *writer)
+{
+	static const struct file_operations no_operations = { };
+	static const u8 frames[] = { 0x08, 0, 0x06, 0x08, 0, 0x06, 0x30, 0, 0x02 };
+	struct file file = { .f_op = &no_operations, .f_flags = writer->flags };
+	struct tty_ldisc *ld = tty_ldisc_ref_wait(writer->tty);
+	ssize_t written;
+
+	written = ld->ops->write(writer->tty, &file, frames, sizeof(frames));
+	tty_ldisc_deref(ld);
+	return written;
+}
+
+static int writer_thread(void *data)
+{
+	struct writer *writer = data;
+
+	writer->written = write_three(writer);
+	complete(&writer->done);
+	return 0;
+}
+
+static void writer_start(struct kunit *test, struct writer *writer)
+{
+	init_completion(&writer->done);
+	KUNIT_ASSERT_NOT_ERR_OR_NULL(test, kthread_run(writer_thread, writer, "xy3-rig-writer"));
+}
+
+static void blocking_write_test(struct kunit *test)
+{
+	struct forward *forward = forward_come(test);
+	struct writer *writer = kunit_kzalloc(test, sizeof(*writer), GFP_KERNEL);
+
+	KUNIT_ASSERT_NOT_NULL(test, writer);
+	line_come(test);
+	writer->tty = reader_open(test, head_of_number(0));
+	forward->limited = true;
+	forward->room = 1;
+	writer_start(test, writer);
+	KUNIT_EXPECT_FALSE(test, wait_for_completion_timeout(&writer->done, HZ));
+	EXPECT_CALLS(test, { FRAME, 0x080006 });
+	forward->room = 2;
+	xy3_forward_has_room(&forward->xy3);
+	KUNIT_EXPECT_TRUE(test, wait_for_completion_timeout(&writer->done, 10 * HZ));
+	KUNIT_EXPECT_EQ(test, writer->written, 9);
+	EXPECT_CALLS(test, { FRAME, 0x080006 }, { FRAME, 0x300002 });
+
+	/* O_NONBLOCK */
+	writer->flags = O_NONBLOCK;
+	KUNIT_EXPECT_EQ(test, write_three(writer), -EAGAIN);
+	forward->room = 2;
+	KUNIT_EXPECT_EQ(test, write_three(writer), 6);
+	clear_call_log();
+
+	/* the forward channel goes while a writer waits */
+	writer->flags = 0;
+	writer_start(test, writer);
+	KUNIT_EXPECT_FALSE(test, wait_for_completion_timeout(&writer->done, HZ));
+	forward_leave(forward);
+	KUNIT_EXPECT_TRUE(test, wait_for_completion_timeout(&writer->done, 10 * HZ));
+	KUNIT_EXPECT_EQ(test, writer->written, -ENODEV);
 	expect_no_call(test);
 }
 
@@ -898,6 +998,8 @@ static struct kunit_case xy3_tty_cases[] = {
 	KUNIT_CASE(speed_test),
 	KUNIT_CASE(speed_shown_test),
 	KUNIT_CASE_PARAM(write_test, write_gen_params),
+	KUNIT_CASE(write_room_test),
+	KUNIT_CASE(blocking_write_test),
 	KUNIT_CASE(read_test),
 	KUNIT_CASE(lost_test),
 	KUNIT_CASE(gone_test),

@@ -22,6 +22,9 @@ static bool autobaud;
 module_param(autobaud, bool, 0644);
 MODULE_PARM_DESC(autobaud, "New heads search for the rate of their backchannel (default: N)");
 
+/* Protects the head of each forward channel where that says it has room */
+static DEFINE_SPINLOCK(xy3_room_lock);
+
 /* Serialises all that attaches or detaches; protects the list and the choice */
 static DEFINE_MUTEX(xy3_join_lock);
 static LIST_HEAD(xy3_heads);	/* by rising number */
@@ -358,7 +361,8 @@ int xy3_forward_attach(struct xy3_forward *forward)
 	if (IS_ERR(head))
 		return PTR_ERR(head);
 
-	forward->head = head;
+	scoped_guard(spinlock_irqsave, &xy3_room_lock)
+		forward->head = head;
 	guard(mutex)(&head->rate_lock);
 	scoped_guard(spinlock_irqsave, &head->forward_lock)
 		head->forward = forward;
@@ -381,11 +385,28 @@ void xy3_forward_detach(struct xy3_forward *forward)
 	scoped_guard(spinlock_irqsave, &head->forward_lock)
 		head->forward = NULL;
 	mutex_unlock(&head->rate_lock);
-	forward->head = NULL;
+	scoped_guard(spinlock_irqsave, &xy3_room_lock)
+		forward->head = NULL;
+	/* a write() that waits for room fails now */
+	xy3_tty_wakeup(head);
 	if (!head->back)
 		xy3_head_remove(head);
 }
 EXPORT_SYMBOL_GPL(xy3_forward_detach);
+
+/**
+ * xy3_forward_has_room() - there is room for command frames again
+ * @forward: the forward channel; it need not be attached
+ *
+ * To be called after command() was -EAGAIN, and whenever there is more room. In any context.
+ */
+void xy3_forward_has_room(struct xy3_forward *forward)
+{
+	guard(spinlock_irqsave)(&xy3_room_lock);
+	if (forward->head)
+		xy3_tty_wakeup(forward->head);
+}
+EXPORT_SYMBOL_GPL(xy3_forward_has_room);
 
 /**
  * xy3_head_init() - register the class

@@ -18,9 +18,6 @@
 
 #include "xy3.h"
 
-/* Frames are taken at once or refused: there is always room */
-#define XY3_WRITE_ROOM		4096
-
 /* How long a new head waits for the hangup of an earlier one's tty */
 #define XY3_HANGUP_TIMEOUT	HZ
 
@@ -229,22 +226,31 @@ static void xy3_unthrottle(struct tty_struct *tty)
 	xy3_restart(tty->driver_data);
 }
 
+/* N_TTY waits for xy3_tty_wakeup() when not all frames are taken, or gives -EAGAIN */
 static tty_ssize_t xy3_write(struct tty_struct *tty, const u8 *data, tty_size_t size)
 {
 	struct xy3_line *line = tty->driver_data;
 	struct xy3_head *head = xy3_line_head(line);
-	int err;
+	tty_ssize_t sent;
 
 	if (!head)
 		return -EIO;
-	err = xy3_send_frames(head, data, size);
+	sent = xy3_send_frames(head, data, size);
 	put_device(&head->dev);
-	return err ?: size;
+	return sent;
 }
 
 static unsigned int xy3_write_room(struct tty_struct *tty)
 {
-	return XY3_WRITE_ROOM;
+	struct xy3_line *line = tty->driver_data;
+	struct xy3_head *head = xy3_line_head(line);
+	unsigned int room;
+
+	if (!head)
+		return 0;
+	room = xy3_forward_room(head) * XY3_FRAME24_SIZE;
+	put_device(&head->dev);
+	return room;
 }
 
 static void xy3_show_rate(struct tty_struct *tty, unsigned int rate)
@@ -475,6 +481,17 @@ void xy3_tty_remove(struct xy3_head *head)
 	set_bit(line->number, xy3_hanging);
 	queue_work(system_dfl_wq, &line->hangup);
 	tty_unregister_device(xy3_tty_driver, head->number);
+}
+
+/**
+ * xy3_tty_wakeup() - let writers of the tty try again
+ * @head: the head
+ *
+ * In any context.
+ */
+void xy3_tty_wakeup(struct xy3_head *head)
+{
+	tty_port_tty_wakeup(&xy3_lines[head->number]->port);
 }
 
 /**

@@ -62,13 +62,15 @@ void xy3_back_detach(struct xy3_back *back);
 
 /**
  * struct xy3_forward_ops - what a forward channel can do for its head
- * @command: queue whole command frames, each 3 or 4 bytes long, to be sent in this order; may be
- *	     called in any context, and does not sleep. All or none of them are taken; -EAGAIN
- *	     when there is no room for them.
+ * @command: queue a command frame, 3 or 4 bytes long, to be sent behind those before; may be
+ *	     called in any context, and does not sleep. -EAGAIN when there is no room for it;
+ *	     xy3_forward_has_room() is called when there is.
+ * @room: how many frames there is room for; in any context. May be NULL: there is always room
  * @drain: wait until all of them have been sent; may be NULL
  */
 struct xy3_forward_ops {
-	int (*command)(struct xy3_forward *forward, const u8 *frames, size_t size);
+	int (*command)(struct xy3_forward *forward, const u8 *frame, size_t size);
+	unsigned int (*room)(struct xy3_forward *forward);
 	int (*drain)(struct xy3_forward *forward);
 };
 
@@ -86,7 +88,8 @@ struct xy3_forward {
 
 int xy3_forward_attach(struct xy3_forward *forward);
 void xy3_forward_detach(struct xy3_forward *forward);
-size_t xy3_forward_unpack(const u8 *frames, size_t size, u32 *command);
+void xy3_forward_has_room(struct xy3_forward *forward);
+u32 xy3_forward_unpack(const u8 *frame, size_t size);
 
 /* ---- the head ---- */
 
@@ -262,7 +265,8 @@ void xy3_autobaud_hurry(struct xy3_head *head);
 bool xy3_rate_close(unsigned int rate, unsigned int wanted);
 
 /* xy3-forward.c */
-int xy3_send_frames(struct xy3_head *head, const u8 *frames, size_t size);
+ssize_t xy3_send_frames(struct xy3_head *head, const u8 *frames, size_t size);
+unsigned int xy3_forward_room(struct xy3_head *head);
 int xy3_send_command(struct xy3_head *head, u32 command);
 
 /* xy3-telemetry.c */
@@ -288,6 +292,7 @@ void xy3_tty_wait_hung(void);
 bool xy3_tty_is_free(unsigned int number);
 int xy3_tty_add(struct xy3_head *head);
 void xy3_tty_remove(struct xy3_head *head);
+void xy3_tty_wakeup(struct xy3_head *head);
 bool xy3_tty_is_ours(const struct tty_driver *driver);
 bool xy3_tty_put(struct xy3_head *head, const u8 *packet, size_t size);
 

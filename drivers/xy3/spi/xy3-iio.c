@@ -249,11 +249,13 @@ static void xy3_make_channels(struct xy3_iio *iio)
  * @map: which line carries what
  * @word_is_scan: the controller makes SYNC out of words
  * @rate: frames per second at the start
+ * @forward: the forward channel that its commands come by
  *
  * Return: the IIO device or an error.
  */
 struct iio_dev *xy3_iio_register(struct spi_device *spi, const struct xy3_line_map *map,
-				 bool word_is_scan, unsigned int rate)
+				 bool word_is_scan, unsigned int rate,
+				 struct xy3_forward *forward)
 {
 	struct iio_dev *indio_dev;
 	struct xy3_iio *iio;
@@ -268,6 +270,7 @@ struct iio_dev *xy3_iio_register(struct spi_device *spi, const struct xy3_line_m
 	iio->stream.map = *map;
 	iio->stream.word_is_scan = word_is_scan;
 	iio->stream.rate = rate;
+	iio->stream.forward = forward;
 	xy3_buffer_init(iio);
 	iio->stream.writers = &iio->buffer.pollq;
 	xy3_make_channels(iio);

@@ -44,23 +44,21 @@ struct xy3_spi {
 
 /* ---- for the head ---- */
 
-static int xy3_spi_command(struct xy3_forward *forward, const u8 *frames, size_t size)
+static int xy3_spi_command(struct xy3_forward *forward, const u8 *frame, size_t size)
 {
 	struct xy3_spi *x = container_of(forward, struct xy3_spi, forward);
-	u32 commands[XY3_COMMANDS_QUEUED];
-	unsigned int count = 0;
+	u32 command = xy3_forward_unpack(frame, size);
 
-	while (size) {
-		size_t part;
-
-		if (count == ARRAY_SIZE(commands))
-			return -EMSGSIZE;
-		part = xy3_forward_unpack(frames, size, &commands[count++]);
-		frames += part;
-		size -= part;
-	}
 	guard(spinlock_irqsave)(&x->iio_lock);
-	return x->iio ? xy3_stream_commands(xy3_iio_stream(x->iio), commands, count) : -EAGAIN;
+	return x->iio ? xy3_stream_command(xy3_iio_stream(x->iio), command) : -EAGAIN;
+}
+
+static unsigned int xy3_spi_room(struct xy3_forward *forward)
+{
+	struct xy3_spi *x = container_of(forward, struct xy3_spi, forward);
+
+	guard(spinlock_irqsave)(&x->iio_lock);
+	return x->iio ? xy3_stream_command_room(xy3_iio_stream(x->iio)) : 0;
 }
 
 static int xy3_spi_drain(struct xy3_forward *forward)
@@ -73,6 +71,7 @@ static int xy3_spi_drain(struct xy3_forward *forward)
 
 static const struct xy3_forward_ops xy3_spi_ops = {
 	.command = xy3_spi_command,
+	.room = xy3_spi_room,
 	.drain = xy3_spi_drain,
 };
 
@@ -88,12 +87,13 @@ static int xy3_make_iio(struct xy3_spi *x, const struct xy3_line_map *map)
 
 	if (!rate)
 		return -EINVAL;
-	iio = xy3_iio_register(x->spi, map, word_is_scan, rate);
+	iio = xy3_iio_register(x->spi, map, word_is_scan, rate, &x->forward);
 	if (IS_ERR(iio))
 		return PTR_ERR(iio);
 	x->map = *map;
-	guard(spinlock_irqsave)(&x->iio_lock);
-	x->iio = iio;
+	scoped_guard(spinlock_irqsave, &x->iio_lock)
+		x->iio = iio;
+	xy3_forward_has_room(&x->forward);
 	return 0;
 }
 

@@ -97,6 +97,7 @@ enum xy3_stream_stat {
  * @map: which line carries what
  * @word_is_scan: the controller makes SYNC out of words: a scan is one word of 24 or 32 bits
  * @rate: frames per second; changed while nothing is sent only
+ * @forward: the forward channel, which is told when there is room for commands
  * @writers: where those wait who want an empty block
  * @lock: protects all that follows up to @achieved; taken when a message is done, in any context
  * @running: a stream: when nothing is there to send, the last position is repeated
@@ -134,6 +135,7 @@ struct xy3_stream {
 	struct xy3_line_map map;
 	bool word_is_scan;
 	unsigned int rate;
+	struct xy3_forward *forward;
 	wait_queue_head_t *writers;
 
 	spinlock_t lock;	/* see above */
@@ -190,7 +192,8 @@ int xy3_block_send_now(struct xy3_block *block);
 int xy3_stream_init(struct xy3_stream *stream);
 void xy3_stream_exit(struct xy3_stream *stream);
 unsigned int xy3_stream_rate_max(const struct xy3_stream *stream);
-int xy3_stream_commands(struct xy3_stream *stream, const u32 *commands, unsigned int count);
+int xy3_stream_command(struct xy3_stream *stream, u32 command);
+unsigned int xy3_stream_command_room(struct xy3_stream *stream);
 int xy3_stream_position(struct xy3_stream *stream, const u32 *codes);
 void xy3_stream_encode(const struct xy3_stream *stream, const u32 *codes, size_t scans, u8 *out);
 int xy3_stream_blocks(struct xy3_stream *stream, unsigned int scans);
@@ -237,7 +240,8 @@ void xy3_buffer_orphan(struct xy3_iio *iio);
 
 /* xy3-iio.c */
 struct iio_dev *xy3_iio_register(struct spi_device *spi, const struct xy3_line_map *map,
-				 bool word_is_scan, unsigned int rate);
+				 bool word_is_scan, unsigned int rate,
+				 struct xy3_forward *forward);
 void xy3_iio_unregister(struct iio_dev *indio_dev);
 
 static inline struct xy3_stream *xy3_iio_stream(struct iio_dev *indio_dev)

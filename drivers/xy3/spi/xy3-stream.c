@@ -33,6 +33,7 @@ static struct xy3_block *xy3_next_command(struct xy3_stream *stream)
 
 	if (stream->command_busy || !kfifo_get(&stream->commands, &command))
 		return NULL;
+	xy3_forward_has_room(stream->forward);
 	stream->command_busy = true;
 	stream->command_number = stream->commands_taken - kfifo_len(&stream->commands);
 	block->scans = 1;
@@ -106,6 +107,7 @@ static void xy3_stream_fail(struct xy3_stream *stream, int err)
 	stream->error = err;
 	stream->stat[XY3_ERRORS]++;
 	kfifo_reset(&stream->commands);
+	xy3_forward_has_room(stream->forward);
 	if (stream->commands_done != stream->commands_taken) {
 		stream->command_error = err;
 		stream->commands_failed_from = stream->commands_done + 1;
@@ -234,29 +236,41 @@ unsigned int xy3_stream_rate_max(const struct xy3_stream *stream)
 }
 
 /**
- * xy3_stream_commands() - send commands as soon as possible, between two blocks
+ * xy3_stream_command() - send a command as soon as possible, between two blocks
  * @stream: the stream
- * @commands: 20 bits each
- * @count: how many
+ * @command: its 20 bits
  *
  * In any context.
  *
- * Return: 0; -EAGAIN when there is no room for all of them, and then none is sent; or the
- * controller's error, and then those that were not sent yet never are.
+ * Return: 0; -EAGAIN when there is no room for it; or the controller's error, and then it and
+ * those that were not sent yet never are.
  */
-int xy3_stream_commands(struct xy3_stream *stream, const u32 *commands, unsigned int count)
+int xy3_stream_command(struct xy3_stream *stream, u32 command)
 {
 	guard(spinlock_irqsave)(&stream->lock);
 	if (!stream->running)
 		stream->error = 0;
 	if (stream->error)
 		return stream->error;
-	if (kfifo_avail(&stream->commands) < count)
+	if (!kfifo_put(&stream->commands, command))
 		return -EAGAIN;
-	kfifo_in(&stream->commands, commands, count);
-	stream->commands_taken += count;
+	stream->commands_taken++;
 	xy3_pump(stream, false);
 	return stream->error;
+}
+
+/**
+ * xy3_stream_command_room() - how many commands there is room for
+ * @stream: the stream
+ *
+ * In any context.
+ *
+ * Return: the number; also a large one when a command would be an error.
+ */
+unsigned int xy3_stream_command_room(struct xy3_stream *stream)
+{
+	guard(spinlock_irqsave)(&stream->lock);
+	return kfifo_avail(&stream->commands);
 }
 
 /* The controller has no block of what was written, and will be given none: all are empty */
@@ -585,7 +599,7 @@ unsigned int xy3_stream_achieved(struct xy3_stream *stream)
 
 /**
  * xy3_stream_init() - prepare a stream
- * @stream: the stream; spi, map, word_is_scan and rate are filled in
+ * @stream: the stream; spi, map, word_is_scan, rate and forward are filled in
  *
  * Return: 0 or -ENOMEM.
  */

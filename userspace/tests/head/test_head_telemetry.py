@@ -407,8 +407,9 @@ class TestTrace(Case):
     def test_frames(self):
         head = self.synced()
         writer = head.open(os.O_RDWR)
-        frames = wire.command_frame('calibrate', 'x') + wire.command_frame('reference', bits=32)
-        assert head_rig.error_name(os.write, writer.fd, frames) == 'ENODEV'
+        for frame in (wire.command_frame('calibrate', 'x'),
+                      wire.command_frame('reference', bits=32)):
+            assert head_rig.error_name(os.write, writer.fd, frame) == 'ENODEV'
         assert head.set('autocalib', 'on y') == 'ENODEV'
         assert head_rig.error_name(os.write, writer.fd, b'bad') == 'EINVAL'
         frames = [text for name, text in self.lines() if name == 'frame']
