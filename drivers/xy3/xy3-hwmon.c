@@ -34,7 +34,8 @@ static int xy3_hwmon_read(struct device *dev, enum hwmon_sensor_types type, u32 
 		*value = now->temperature[channel] * XY3_MILLIDEGREES;
 		return 0;
 	case hwmon_temp_fault:
-		*value = now->error[channel] == XY3_ERROR_TEMPERATURE;
+		*value = channel < now->errors &&
+			 now->error[channel] == XY3_ERROR_TEMPERATURE;
 		return 0;
 	default:
 		return -EOPNOTSUPP;

@@ -41,16 +41,27 @@ static void xy3_take_temperatures(struct xy3_head *head, const struct xy3_packet
 			head->news.thermometers |= BIT(i);
 }
 
-static void xy3_set_errors(struct xy3_head *head, unsigned int count,
-			   const u8 error[XY3_COMPONENTS])
+/*
+ * What the newest packet leaves out keeps its error, which the head has not called over; it is no
+ * longer shown. That is a change of a component that has an error, as is the end of it.
+ */
+static void xy3_set_errors(struct xy3_head *head, unsigned int count, const u8 *error)
 {
 	struct xy3_telemetry *now = &head->telemetry;
 
-	for (unsigned int i = 0; i < XY3_COMPONENTS; i++)
-		if (now->error[i] != error[i])
+	for (unsigned int i = 0; i < XY3_COMPONENTS; i++) {
+		bool had_error = now->error[i] != XY3_ERROR_NONE;
+
+		if (i >= count) {
+			if (i < now->errors && had_error)
+				head->news.errors |= BIT(i);
+			continue;
+		}
+		if (now->error[i] != error[i] || (i >= now->errors && had_error))
 			head->news.errors |= BIT(i);
+		now->error[i] = error[i];
+	}
 	now->errors = count;
-	memcpy(now->error, error, sizeof(now->error));
 }
 
 static void xy3_take_errors(struct xy3_head *head, const struct xy3_packet *packet)
@@ -121,14 +132,15 @@ void xy3_telemetry_forget_numbers(struct xy3_head *head)
  */
 void xy3_telemetry_forget(struct xy3_head *head)
 {
-	static const u8 none[XY3_COMPONENTS] = { XY3_ERROR_NONE };
+	struct xy3_telemetry *now = &head->telemetry;
 
 	head->news.sync |= head->parser.in_sync;
 	xy3_parse_lost(&head->parser, 0);
-	xy3_set_errors(head, 0, none);
+	xy3_set_errors(head, 0, NULL);
 	for (unsigned int i = 0; i < XY3_TEXTS; i++)
-		head->news.identity |= head->telemetry.text[i][0] != '\0';
-	memset(&head->telemetry, 0, sizeof(head->telemetry));
+		head->news.identity |= now->text[i][0] != '\0';
+	memset(now->text, 0, sizeof(now->text));
+	xy3_telemetry_forget_numbers(head);
 	xy3_news_later(head);
 }
 
@@ -149,13 +161,15 @@ static void xy3_tell_sync(struct xy3_head *head, bool in_sync)
 	xy3_tell(head, properties);
 }
 
-static void xy3_tell_error(struct xy3_head *head, unsigned int component, u8 error)
+static void xy3_tell_error(struct xy3_head *head, unsigned int component, bool known, u8 error)
 {
 	char part[32], name[32], code[32];
-	char *properties[] = { "XY3_EVENT=error", part, name, code, NULL };
+	char *properties[] = { "XY3_EVENT=error", part, name, known ? code : NULL, NULL };
 
 	snprintf(part, sizeof(part), "XY3_COMPONENT=%s", xy3_component_name(component));
-	if (xy3_error_name(error))
+	if (!known)
+		strscpy(name, "XY3_ERROR=unknown", sizeof(name));
+	else if (xy3_error_name(error))
 		snprintf(name, sizeof(name), "XY3_ERROR=%s", xy3_error_name(error));
 	else
 		snprintf(name, sizeof(name), "XY3_ERROR=%u", error);
@@ -178,6 +192,7 @@ static void xy3_news_work(struct work_struct *work)
 {
 	struct xy3_head *head = container_of(to_delayed_work(work), struct xy3_head, news.work);
 	u8 error[XY3_COMPONENTS];
+	unsigned int known;
 	u32 errors, thermometers;
 	bool sync, in_sync, identity;
 
@@ -190,6 +205,7 @@ static void xy3_news_work(struct work_struct *work)
 		thermometers = news->thermometers;
 		in_sync = head->parser.in_sync;
 		memcpy(error, head->telemetry.error, sizeof(error));
+		known = head->telemetry.errors;
 		news->errors = 0;
 		news->sync = false;
 		news->identity = false;
@@ -202,7 +218,7 @@ static void xy3_news_work(struct work_struct *work)
 		xy3_tell_identity(head);
 	for (unsigned int i = 0; i < XY3_COMPONENTS; i++)
 		if (errors & BIT(i))
-			xy3_tell_error(head, i, error[i]);
+			xy3_tell_error(head, i, i < known, error[i]);
 	xy3_hwmon_update(head, thermometers);
 }
 

@@ -115,7 +115,8 @@ enum xy3_text {
  * @temperatures: components in the newest temperature packet
  * @temperature: by enum xy3_component, in 1/100 degree Celsius, or XY3_TEMPERATURE_NONE
  * @errors: components in the newest error state packet
- * @error: by enum xy3_component: enum xy3_error
+ * @error: by enum xy3_component: enum xy3_error, which the head has reported last; the component
+ *	   need not be in the newest packet
  * @hour_counts: components in the newest hours packet
  * @hours: by enum xy3_component, or XY3_HOURS_NONE
  * @frame_error_counts: axes in the newest frame error packet: all or none

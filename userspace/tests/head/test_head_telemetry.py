@@ -307,10 +307,21 @@ class TestEvents(Case):
             {'EVENT': 'error', 'COMPONENT': 'dac_x', 'ERROR': '100', 'ERROR_CODE': '100'}]
         head.send(wire.errors([0, 1, 100]), wire.errors([0, 1, 100]))
         assert events.properties() == []
+        # what is left out has not been called over
+        unknown = [{'EVENT': 'error', 'COMPONENT': name, 'ERROR': 'unknown'}
+                   for name in ('dsp', 'dac_x')]
         head.send(wire.errors([0]))
+        assert events.properties() == unknown
+        assert head.get('errors/dsp') == NODATA
+        head.send(wire.errors([0]))
+        assert events.properties() == []
+        head.send(wire.errors([0, 1, 0]))
         assert events.properties() == [
-            {'EVENT': 'error', 'COMPONENT': 'dsp', 'ERROR': 'none', 'ERROR_CODE': '0'},
+            {'EVENT': 'error', 'COMPONENT': 'dsp', 'ERROR': 'temperature', 'ERROR_CODE': '1'},
             {'EVENT': 'error', 'COMPONENT': 'dac_x', 'ERROR': 'none', 'ERROR_CODE': '0'}]
+        head.send(wire.errors([0, 0, 0]), wire.errors([0]), wire.errors([0, 0, 0]))
+        assert events.properties() == [
+            {'EVENT': 'error', 'COMPONENT': 'dsp', 'ERROR': 'none', 'ERROR_CODE': '0'}]
 
     def test_identity(self):
         head = self.synced()
