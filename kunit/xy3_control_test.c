@@ -91,6 +91,39 @@ static void rate_late_sync_test(struct kunit *test)
 	EXPECT_SHOWS(test, head, "rate", "115200");
 }
 
+struct one_sync {
+	struct uart *uart;
+	unsigned int calls;
+};
+
+/* For a sync source: what puts a receiver in sync, once, 100 ms after the UART was moved */
+static void send_one_sync(void *data, unsigned int rate)
+{
+	static const u8 sync[] = { SYNC, 0x48 };
+	struct one_sync *one = data;
+
+	guard(mutex)(&one->uart->lock);
+	if (!one->uart->opened || one->uart->rate != rate || ++one->calls != 2)
+		return;
+	serdev_controller_receive_buf(one->uart->ctrl, sync, sizeof(sync));
+}
+
+/* It may be longer on its way than the driver waits: one sync packet alone is no proof */
+static void rate_one_sync_test(struct kunit *test)
+{
+	struct one_sync *one = kunit_kzalloc(test, sizeof(*one), GFP_KERNEL);
+	struct xy3_head *head;
+
+	KUNIT_ASSERT_NOT_NULL(test, one);
+	one->uart = uart_come(test, NULL);
+	head = uart_head(one->uart);
+	forward_come(test);
+	sync_source_start(test, send_one_sync, one, 230400);
+	KUNIT_EXPECT_EQ(test, store(head, "rate", "230400"), -ETIMEDOUT);
+	KUNIT_EXPECT_GT(test, one->calls, 2);
+	EXPECT_SHOWS(test, head, "rate", "115200");
+}
+
 /* A head that has restarted is told the rate in force once more; one that is there is not */
 static void rate_again_test(struct kunit *test)
 {
@@ -488,6 +521,7 @@ static struct kunit_case xy3_control_cases[] = {
 	KUNIT_CASE_PARAM(rate_test, rate_gen_params),
 	KUNIT_CASE(rate_deaf_head_test),
 	KUNIT_CASE(rate_late_sync_test),
+	KUNIT_CASE(rate_one_sync_test),
 	KUNIT_CASE(rate_again_test),
 	KUNIT_CASE(rate_uart_leaves_test),
 	KUNIT_CASE(rate_forward_leaves_test),

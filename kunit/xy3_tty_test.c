@@ -287,6 +287,16 @@ static void search_odd_rate_test(struct kunit *test)
 
 /* ---- the head's tty: speed ---- */
 
+/* What the speed is when all that was requested has been done */
+static unsigned int set_head_speed(struct tty_struct *tty, struct xy3_head *head,
+				   unsigned int rate)
+{
+	set_speed(tty, rate);
+	flush_work(&head->rate_request);
+	flush_work(head->show_rate);
+	return tty_get_baud_rate(tty);
+}
+
 static bool can_up_to_460800(unsigned int rate)
 {
 	return rate <= 460800;
@@ -302,29 +312,55 @@ static void speed_test(struct kunit *test)
 	sync_source_start(test, line_send_syncs, line, 460800);
 	line->can = can_up_to_460800;
 	KUNIT_EXPECT_EQ(test, tty_get_baud_rate(tty), 115200);
-	KUNIT_EXPECT_EQ(test, set_speed(tty, 460800), 460800);
+	KUNIT_EXPECT_EQ(test, set_head_speed(tty, head, 460800), 460800);
 	EXPECT_CALLS(test, { FRAME, 0x240002 }, { UART, 460800 });
 	KUNIT_EXPECT_EQ(test, tty_get_baud_rate(line->tty), 460800);
 	EXPECT_SHOWS(test, head, "rate", "460800");
 
 	/* no rate of a head */
-	KUNIT_EXPECT_EQ(test, set_speed(tty, 9600), 460800);
+	KUNIT_EXPECT_EQ(test, set_head_speed(tty, head, 9600), 460800);
 	expect_no_call(test);
 	KUNIT_EXPECT_EQ(test, tty_get_baud_rate(line->tty), 460800);
 
 	/* a rate that the UART refuses */
-	KUNIT_EXPECT_EQ(test, set_speed(tty, 921600), 460800);
+	KUNIT_EXPECT_EQ(test, set_head_speed(tty, head, 921600), 460800);
 	EXPECT_CALLS(test, { FRAME, 0x340003 }, { NO_UART, 921600 }, { FRAME, 0x240002 });
 	KUNIT_EXPECT_EQ(test, tty_get_baud_rate(line->tty), 460800);
 	EXPECT_SHOWS(test, head, "rate", "460800");
 
 	/* one that is too far off what the UART makes of it */
 	line->instead = 500000;
-	KUNIT_EXPECT_EQ(test, set_speed(tty, 921600), 460800);
+	KUNIT_EXPECT_EQ(test, set_head_speed(tty, head, 921600), 460800);
 	EXPECT_CALLS(test, { FRAME, 0x340003 }, { NO_UART, 921600 }, { UART, 460800 },
 		     { FRAME, 0x240002 });
 	KUNIT_EXPECT_EQ(test, tty_get_baud_rate(line->tty), 460800);
 	EXPECT_SHOWS(test, head, "rate", "460800");
+}
+
+/* tcsetattr() does not wait for a head that does not follow; readers would wait as long */
+static void speed_deaf_test(struct kunit *test)
+{
+	struct line *line = line_come(test);
+	struct xy3_head *head = head_of_number(0);
+	struct tty_struct *tty = reader_come(test, head, READER_MAX);
+	s64 begin = ktime_to_ms(ktime_get());
+
+	forward_come(test);
+	KUNIT_EXPECT_EQ(test, set_speed(tty, 460800), 460800);
+	KUNIT_EXPECT_FALSE(test, rwsem_is_locked(&tty->termios_rwsem));
+	KUNIT_EXPECT_LT(test, ktime_to_ms(ktime_get()) - begin, 1000);
+	flush_work(&head->rate_request);
+	flush_work(head->show_rate);
+	KUNIT_EXPECT_GE(test, ktime_to_ms(ktime_get()) - begin, 3000);
+	KUNIT_EXPECT_EQ(test, tty_get_baud_rate(tty), 115200);
+	EXPECT_CALLS(test, { FRAME, 0x240002 }, { UART, 460800 }, { FRAME, 0x380003 },
+		     { UART, 115200 });
+
+	/* a head that goes with a request under way */
+	set_speed(tty, 230400);
+	KUNIT_EXPECT_TRUE(test, wait_calls(2));
+	line_close(line);
+	clear_call_log();
 }
 
 static void speed_shown_test(struct kunit *test)
@@ -996,6 +1032,7 @@ static struct kunit_case xy3_tty_cases[] = {
 	KUNIT_CASE_SLOW(search_line_errors_test),
 	KUNIT_CASE_SLOW(search_odd_rate_test),
 	KUNIT_CASE(speed_test),
+	KUNIT_CASE_SLOW(speed_deaf_test),
 	KUNIT_CASE(speed_shown_test),
 	KUNIT_CASE_PARAM(write_test, write_gen_params),
 	KUNIT_CASE(write_room_test),

@@ -73,5 +73,5 @@ void xy3_back_receive(struct xy3_back *back, const u8 *data, const u8 *flags, si
 	xy3_back_flagged(head, data, flags, size);
 	if (head->parser.in_sync != was_in_sync || head->parser.resyncs != resyncs)
 		xy3_sync_changed(head);
-	xy3_autobaud_hurry(head);
+	xy3_rate_data(head);
 }

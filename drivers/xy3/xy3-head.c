@@ -173,8 +173,9 @@ static void xy3_head_unregister(struct xy3_head *head)
 	xy3_hwmon_remove(head);
 	xy3_tty_remove(head);
 	device_del(&head->dev);
-	/* the attributes are gone, so nothing can queue it again */
+	/* the attributes and the tty are gone, so nothing can queue these again */
 	cancel_delayed_work_sync(&head->autobaud.work);
+	cancel_work_sync(&head->rate_request);
 	put_device(&head->dev);
 }
 
@@ -191,11 +192,10 @@ static struct xy3_head *xy3_head_new(void)
 		return ERR_PTR(-ENOMEM);
 	head->number = number;
 	mutex_init(&head->rate_lock);
-	init_waitqueue_head(&head->resync);
 	spin_lock_init(&head->forward_lock);
 	mutex_init(&head->lock);
 	xy3_telemetry_init(head);
-	xy3_autobaud_init(head);
+	xy3_rate_init(head);
 	head->autobaud.on = autobaud;
 
 	head->dev.class = &xy3_class;

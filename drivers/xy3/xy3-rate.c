@@ -20,9 +20,11 @@
 #define XY3_SEARCH_BYTES	1024
 #define XY3_SEARCH_ERRORS	4
 
-/* A head that was told a new rate has so much time to appear at it, sync packet and all */
+/* How long a head may take to be understood at a new rate */
 #define XY3_RESYNC_MS		3000
-/* What a UART has received at the old rate may be on its way to us for so long */
+/* So many packets prove a new rate: the sync packet alone may still be one of the old rate */
+#define XY3_RESYNC_PACKETS	2
+/* Bytes received at the old rate may still be in flight for this long */
 #define XY3_SETTLE_MS		20
 
 /* ---- the rate ---- */
@@ -61,11 +63,8 @@ void xy3_sync_changed(struct xy3_head *head)
 	trace_sync(head->number, head->parser.in_sync, head->parser.dropped_bytes);
 	head->news.sync = true;
 	xy3_news_later(head);
-	if (!head->parser.in_sync) {
+	if (!head->parser.in_sync)
 		xy3_autobaud_start(head);
-		return;
-	}
-	wake_up_all(&head->resync);
 }
 
 /* What comes now is another stream */
@@ -76,6 +75,7 @@ static void xy3_lose_sync(struct xy3_head *head)
 		xy3_parse_lost(&head->parser, 0);
 		xy3_sync_changed(head);
 	}
+	head->packets_before = head->parser.packets;
 	head->autobaud.line_errors = 0;
 	head->autobaud.bytes = 0;
 }
@@ -105,16 +105,22 @@ static int xy3_tell_rate(struct xy3_head *head, int command)
 	return err;
 }
 
+/* The head is understood at the rate that the UART was moved to last; read without a lock */
+static bool xy3_rate_is_right(const struct xy3_head *head)
+{
+	return READ_ONCE(head->parser.in_sync) &&
+	       READ_ONCE(head->parser.packets) - head->packets_before >= XY3_RESYNC_PACKETS;
+}
+
 /* Wait for the head at a rate that it was told. Return whether it is there. */
 static bool xy3_wait_resync(struct xy3_head *head)
 {
 	/* sync that is left over from the old rate would prove nothing */
 	msleep(XY3_SETTLE_MS);
 	xy3_lose_sync(head);
-	wait_event_timeout(head->resync,
-			   READ_ONCE(head->parser.in_sync) || READ_ONCE(head->parting),
+	wait_event_timeout(head->resync, xy3_rate_is_right(head) || READ_ONCE(head->parting),
 			   msecs_to_jiffies(XY3_RESYNC_MS));
-	return READ_ONCE(head->parser.in_sync);
+	return xy3_rate_is_right(head);
 }
 
 /* Both ends, the head first; and back again if they do not meet */
@@ -146,11 +152,11 @@ static int xy3_move_both(struct xy3_head *head, unsigned int rate)
  * @rate: one of the five, in bit/s
  *
  * With a forward channel the head is told first, then the UART is moved, and the head has to be
- * there within XY3_RESYNC_MS. Without one the caller knows where it is.
+ * understood there within XY3_RESYNC_MS. Without one the caller knows where it is.
  *
  * Return: 0; -EINVAL when it is another rate or one that the UART cannot do; -ETIMEDOUT when the
- * head does not appear at it; -ENODEV without a backchannel; or the forward channel's error. Then
- * the rate is what it was, at both ends.
+ * head is not understood at it; -ENODEV without a backchannel; or the forward channel's error. Then
+ * the UART is back at the old rate, and the head was told to be.
  */
 int xy3_set_rate(struct xy3_head *head, unsigned int rate)
 {
@@ -167,6 +173,35 @@ int xy3_set_rate(struct xy3_head *head, unsigned int rate)
 	if (head->forward)
 		return xy3_move_both(head, rate);
 	return xy3_move_uart(head, head->back, rate);
+}
+
+static void xy3_rate_request_work(struct work_struct *work)
+{
+	struct xy3_head *head = container_of(work, struct xy3_head, rate_request);
+	unsigned int rate;
+
+	scoped_guard(mutex, &head->lock)
+		rate = head->requested_rate;
+	xy3_set_rate(head, rate);
+	/* whether it has changed or not: the tty's settings are what was requested */
+	queue_work(system_dfl_wq, head->show_rate);
+}
+
+/**
+ * xy3_request_rate() - have the rate changed, as by xy3_set_rate()
+ * @head: the head
+ * @rate: in bit/s
+ *
+ * Does not wait. Of several requests the last one counts. The head's show_rate is queued when the
+ * change is done or has failed.
+ */
+void xy3_request_rate(struct xy3_head *head, unsigned int rate)
+{
+	guard(mutex)(&head->lock);
+	if (head->gone)
+		return;
+	head->requested_rate = rate;
+	queue_work(system_dfl_wq, &head->rate_request);
 }
 
 /**
@@ -223,11 +258,13 @@ static void xy3_autobaud_work(struct work_struct *work)
 }
 
 /**
- * xy3_autobaud_init() - prepare the search of a new head
+ * xy3_rate_init() - prepare a new head
  * @head: the head
  */
-void xy3_autobaud_init(struct xy3_head *head)
+void xy3_rate_init(struct xy3_head *head)
 {
+	init_waitqueue_head(&head->resync);
+	INIT_WORK(&head->rate_request, xy3_rate_request_work);
 	INIT_DELAYED_WORK(&head->autobaud.work, xy3_autobaud_work);
 }
 
@@ -265,11 +302,13 @@ static bool xy3_rate_is_wrong(const struct xy3_head *head)
 }
 
 /**
- * xy3_autobaud_hurry() - try the next rate at once if the present one is proved wrong
+ * xy3_rate_data() - data have come, which may prove the present rate right or wrong
  * @head: the head; its lock is held
  */
-void xy3_autobaud_hurry(struct xy3_head *head)
+void xy3_rate_data(struct xy3_head *head)
 {
+	wake_up_all(&head->resync);
+	/* a search does not stay at a wrong one */
 	if (xy3_rate_is_wrong(head) && !head->gone)
 		mod_delayed_work(system_percpu_wq, &head->autobaud.work, 0);
 }

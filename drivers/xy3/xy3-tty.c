@@ -7,7 +7,6 @@
  */
 
 #include <linux/bitmap.h>
-#include <linux/completion.h>
 #include <linux/err.h>
 #include <linux/slab.h>
 #include <linux/tty.h>
@@ -259,44 +258,6 @@ static void xy3_show_rate(struct tty_struct *tty, unsigned int rate)
 		tty_encode_baud_rate(tty, rate, rate);
 }
 
-/**
- * struct xy3_rate_request - a change of the rate, carried out by a worker
- * @head: the head
- * @rate: in bit/s
- * @work: does it
- * @done: it is done
- */
-struct xy3_rate_request {
-	struct xy3_head *head;
-	unsigned int rate;
-	struct work_struct work;
-	struct completion done;
-};
-
-static void xy3_rate_request_work(struct work_struct *work)
-{
-	struct xy3_rate_request *request = container_of(work, struct xy3_rate_request, work);
-
-	xy3_set_rate(request->head, request->rate);
-	complete(&request->done);
-}
-
-/*
- * The settings of this tty are locked here, and to move the UART its tty's settings have to be
- * locked: by another task, as lockdep takes the two locks for one. They are always taken in this
- * order, for no UART below is a tty of ours.
- */
-static void xy3_request_rate(struct xy3_head *head, unsigned int rate)
-{
-	struct xy3_rate_request request = { .head = head, .rate = rate };
-
-	init_completion(&request.done);
-	INIT_WORK_ONSTACK(&request.work, xy3_rate_request_work);
-	queue_work(system_dfl_wq, &request.work);
-	wait_for_completion(&request.done);
-	destroy_work_on_stack(&request.work);
-}
-
 static void xy3_set_termios(struct tty_struct *tty, const struct ktermios *old)
 {
 	struct xy3_line *line = tty->driver_data;
@@ -312,9 +273,15 @@ static void xy3_set_termios(struct tty_struct *tty, const struct ktermios *old)
 	xy3_restart(line);
 	if (!head)
 		return;
-	if (rate != tty_termios_baud_rate(old))
+	/*
+	 * Requested, but not waited for: the head may take seconds to follow, and readers wait as
+	 * long as the settings are locked. Meanwhile the tty has the speed that was requested.
+	 */
+	if (rate != tty_termios_baud_rate(old) && xy3_rate_command(rate) >= 0 &&
+	    xy3_get_rate(head)) {
+		tty_encode_baud_rate(tty, rate, rate);
 		xy3_request_rate(head, rate);
-	xy3_show_rate(tty, xy3_get_rate(head));
+	}
 	put_device(&head->dev);
 }
 

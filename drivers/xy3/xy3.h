@@ -187,7 +187,7 @@ struct xy3_autobaud {
  * @back: its backchannel, or NULL
  * @rate: bit/s that @back listens at, 0 without one; read without a lock
  * @parting: a transport goes, and wants @rate_lock: nobody is to wait for the head any more
- * @resync: where who changes the rate waits for sync, or for @parting
+ * @resync: where a change of the rate waits for proof that it is right, or for @parting
  *
  * @forward_lock: protects @forward
  * @forward: its forward channel, or NULL
@@ -201,9 +201,12 @@ struct xy3_autobaud {
  * @news: what has changed
  * @autobaud: the search for the rate
  * @syncs: sync packets
+ * @packets_before: packets of the parser when the UART was moved last
+ * @requested_rate: bit/s that @rate_request is to change to
  * @line_errors: bytes that the UART has flagged
  * @lost_packets: packets that found no room in the tty
  *
+ * @rate_request: changes the rate for a program that has set the tty's speed
  * @tty: the device of its tty
  * @show_rate: to be queued when the rate has changed; belongs to the tty, and outlives the head
  * @hwmon: worker of @news only, and its last user: the hwmon device, or NULL
@@ -231,9 +234,12 @@ struct xy3_head {
 	struct xy3_news news;
 	struct xy3_autobaud autobaud;
 	u64 syncs;
+	u64 packets_before;
+	unsigned int requested_rate;
 	u64 line_errors;
 	u64 lost_packets;
 
+	struct work_struct rate_request;
 	struct device *tty;
 	struct work_struct *show_rate;
 	struct device *hwmon;
@@ -258,11 +264,12 @@ void xy3_back_receive(struct xy3_back *back, const u8 *data, const u8 *flags, si
 void xy3_back_rate_changed(struct xy3_back *back, unsigned int rate);
 void xy3_sync_changed(struct xy3_head *head);
 int xy3_set_rate(struct xy3_head *head, unsigned int rate);
+void xy3_request_rate(struct xy3_head *head, unsigned int rate);
 unsigned int xy3_get_rate(const struct xy3_head *head);
 void xy3_set_autobaud(struct xy3_head *head, bool on);
-void xy3_autobaud_init(struct xy3_head *head);
+void xy3_rate_init(struct xy3_head *head);
 void xy3_autobaud_start(struct xy3_head *head);
-void xy3_autobaud_hurry(struct xy3_head *head);
+void xy3_rate_data(struct xy3_head *head);
 bool xy3_rate_close(unsigned int rate, unsigned int wanted);
 
 /* xy3-forward.c */

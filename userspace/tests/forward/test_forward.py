@@ -235,8 +235,8 @@ class TestCommands(Case):
         for rate in (230400, 921600, 57600, 460800, 115200):
             status, text = head_rig.run('stty', '-F', '/dev/xy3-0', str(rate))
             assert (status, text) == (0, '')
+            assert wait(lambda rate=rate: read_file(forward.head + 'rate') == '%d\n' % rate), rate
             assert forward.sim('rate') == str(rate)
-            assert read_file(forward.head + 'rate').strip() == str(rate)
             assert wait(lambda: read_file(forward.head + 'in_sync') == '1\n'), rate
 
 

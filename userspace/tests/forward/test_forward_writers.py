@@ -300,10 +300,17 @@ class TestRates(Case):
         forward = self.forward(4, 'line')
         assert forward.attach()
         self.not_understood(forward)
-        head_rig.run('stty', '-F', '/dev/xy3-0', '460800')
-        assert head_rig.run('stty', '-F', '/dev/xy3-0', 'speed') == (0, '115200\n')
-        assert head_rig.run('stty', '-F', '/dev/xy3-0', '460800') == (0, '')
-        assert head_rig.run('stty', '-F', '/dev/xy3-0', 'speed') == (0, '460800\n')
+        fd = os.open('/dev/xy3-0', os.O_RDONLY | os.O_NOCTTY | os.O_NONBLOCK)
+        self.add_cleanup(os.close, fd)
+        began = time.monotonic()
+        head_rig.set_speed(fd, 460800)
+        assert head_rig.get_speed(fd) == 460800     # requested
+        assert time.monotonic() - began < 1
+        assert wait(lambda: head_rig.get_speed(fd) == 115200)
+        assert read_file(forward.head + 'rate') == '115200\n'
+        head_rig.set_speed(fd, 460800)
+        assert wait(lambda: read_file(forward.head + 'rate') == '460800\n')
+        assert head_rig.get_speed(fd) == 460800
 
     def test_controller_error(self):
         """The command could not be sent: the UART is not moved."""

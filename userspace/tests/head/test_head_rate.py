@@ -98,7 +98,7 @@ class TestRates(Case):
                 lambda rate: set_speed(head.uart.slave, rate))
         for thread in [Background(work, way) for way in ways]:
             thread.result()
-        assert self.shown(head, get_speed(head.uart.slave))
+        assert wait(lambda: self.shown(head, get_speed(head.uart.slave)))
         head.set('rate', '460800')
         assert self.shown(head, 460800)
 

@@ -303,7 +303,7 @@ def head_read(document):
                     'XY3_ERROR=temperature', 'XY3_ERROR_CODE=1', ready='KERNEL')
     document.file('cat /etc/udev/rules.d/90-scanhead.rules')
     document.run('stty -F /dev/xy3 230400')
-    assert sim('rate') == '230400'
+    wait_for(lambda: sim('rate') == '230400', 'the rate at the head', BIND_TIME)
     write_file(CLASS + '/xy3-0/rate', '115200')
     document.run('echo 230400 > /sys/class/xy3/xy3-0/rate')
     assert sim('rate') == '230400'

@@ -100,9 +100,10 @@ def test_stty_moves_head_and_uart():
     with VirtualHead(lines=4, framing='line') as head, head.attached():
         for rate in wire.RATES[::-1] + (115200,):
             command('stty', '-F', head.node, str(rate))
+            wait_for(lambda rate=rate: read_file(head.path('rate')).strip() == str(rate),
+                     '%d in sysfs' % rate, BIND_TIME)
             assert sim('rate') == str(rate)
             assert '\nspeed %d\n' % rate in sim('uart'), sim('uart')
-            assert read_file(head.path('rate')).strip() == str(rate)
             wait_for(lambda: read_file(head.path('in_sync')) == '1\n', 'sync', BIND_TIME)
 
 
