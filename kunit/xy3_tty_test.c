@@ -125,6 +125,28 @@ static void hangup_test(struct kunit *test)
 	EXPECT_SHOWS_ERROR(test, head_of_number(0), "serial", -ENODATA);
 }
 
+/* The UART's input modes are put back, unless they were changed meanwhile */
+static void modes_put_back_test(struct kunit *test)
+{
+	struct line *line = line_open(test, 0);
+	struct ktermios termios = line->tty->termios;
+
+	termios.c_iflag = IGNBRK | IGNPAR | IXANY;
+	tty_set_termios(line->tty, &termios);
+	for (unsigned int i = 0; i < 2; i++) {
+		KUNIT_ASSERT_EQ(test, line_attach(line), 0);
+		KUNIT_EXPECT_EQ(test, line->tty->termios.c_iflag, BRKINT | INPCK | IXANY);
+		line_detach(line);
+		KUNIT_EXPECT_EQ(test, line->tty->termios.c_iflag, IGNBRK | IGNPAR | IXANY);
+	}
+
+	KUNIT_ASSERT_EQ(test, line_attach(line), 0);
+	termios.c_iflag = INPCK;
+	tty_set_termios(line->tty, &termios);
+	line_detach(line);
+	KUNIT_EXPECT_EQ(test, line->tty->termios.c_iflag, INPCK);
+}
+
 /* ---- line errors ---- */
 
 struct flag_row {
@@ -1026,6 +1048,7 @@ static struct kunit_case xy3_tty_cases[] = {
 	KUNIT_CASE(attach_own_test),
 	KUNIT_CASE(lower_write_test),
 	KUNIT_CASE(hangup_test),
+	KUNIT_CASE(modes_put_back_test),
 	KUNIT_CASE_PARAM(line_error_test, flag_gen_params),
 	KUNIT_CASE(line_error_sync_test),
 	KUNIT_CASE(line_error_any_test),

@@ -91,7 +91,7 @@ void xy3_hwmon_update(struct xy3_head *head, u32 thermometers)
 	head->hwmon_thermometers = thermometers;
 	hwmon = hwmon_device_register_with_info(&head->dev, "xy3", head, &xy3_hwmon_chip, NULL);
 	if (IS_ERR(hwmon)) {
-		dev_warn(&head->dev, "no hwmon device: %pe\n", hwmon);
+		dev_warn_once(&head->dev, "no hwmon device: %pe\n", hwmon);
 		head->hwmon_thermometers = 0;	/* and another try with the next news */
 		return;
 	}

@@ -27,10 +27,12 @@ MODULE_PARM_DESC(ldisc, "Number of the line discipline (default: 29)");
  * struct xy3_uart - a backchannel by line discipline
  * @back: the backchannel
  * @tty: the UART's tty
+ * @iflag: its input modes before
  */
 struct xy3_uart {
 	struct xy3_back back;
 	struct tty_struct *tty;
+	tcflag_t iflag;
 };
 
 static void xy3_uart_set_speed(struct tty_struct *tty, unsigned int rate)
@@ -56,14 +58,36 @@ static const struct xy3_back_ops xy3_uart_ops = {
 	.set_rate = xy3_uart_set_rate,
 };
 
+#define XY3_IFLAGS		(IGNBRK | IGNPAR | BRKINT | INPCK)
+#define XY3_IFLAGS_FLAGGED	(BRKINT | INPCK)
+
 /* Let the UART's driver flag damaged bytes, which most do only when they are asked to */
-static void xy3_uart_flag_errors(struct tty_struct *tty)
+static void xy3_uart_flag_errors(struct xy3_uart *uart)
 {
+	struct ktermios termios = uart->tty->termios;
+
+	uart->iflag = termios.c_iflag;
+	termios.c_iflag = (termios.c_iflag & ~XY3_IFLAGS) | XY3_IFLAGS_FLAGGED;
+	tty_set_termios(uart->tty, &termios);
+}
+
+/* The next user of the UART finds it as it was, unless somebody has changed the modes since */
+static void xy3_uart_unflag_errors(struct xy3_uart *uart)
+{
+	struct tty_struct *tty = uart->tty;
 	struct ktermios termios = tty->termios;
 
-	termios.c_iflag &= ~(IGNBRK | IGNPAR);
-	termios.c_iflag |= BRKINT | INPCK;
-	tty_set_termios(tty, &termios);
+	if ((termios.c_iflag & XY3_IFLAGS) != XY3_IFLAGS_FLAGGED)
+		return;
+	termios.c_iflag = (termios.c_iflag & ~XY3_IFLAGS) | (uart->iflag & XY3_IFLAGS);
+	if (tty->count && !test_bit(TTY_HUPPING, &tty->flags)) {
+		tty_set_termios(tty, &termios);
+		return;
+	}
+	/* the UART is closed or gone; these are for the next open() */
+	down_write(&tty->termios_rwsem);
+	tty->termios.c_iflag = termios.c_iflag;
+	up_write(&tty->termios_rwsem);
 }
 
 static int xy3_ldisc_open(struct tty_struct *tty)
@@ -84,18 +108,19 @@ static int xy3_ldisc_open(struct tty_struct *tty)
 	if (!uart)
 		return -ENOMEM;
 	uart->tty = tty;
-	xy3_uart_flag_errors(tty);
+	xy3_uart_flag_errors(uart);
 	uart->back.ops = &xy3_uart_ops;
 	uart->back.dev = tty->dev;	/* ptys have none */
 	uart->back.rate = tty_get_baud_rate(tty);
 	err = xy3_back_attach(&uart->back);
 	if (err) {
+		xy3_uart_unflag_errors(uart);
 		kfree(uart);
 		return err;
 	}
 	tty->disc_data = uart;
 	tty->receive_room = XY3_RECEIVE_ROOM;
-	/* the line discipline before may have stopped the UART, and cannot let it go on any more */
+	/* the previous line discipline may have left the UART throttled */
 	tty_unthrottle(tty);
 	return 0;
 }
@@ -106,6 +131,7 @@ static void xy3_ldisc_close(struct tty_struct *tty)
 	struct xy3_uart *uart = tty->disc_data;
 
 	xy3_back_detach(&uart->back);
+	xy3_uart_unflag_errors(uart);
 	tty->disc_data = NULL;
 	kfree(uart);
 }
@@ -116,7 +142,7 @@ static void xy3_ldisc_receive(struct tty_struct *tty, const u8 *data, const tty_
 	struct xy3_uart *uart = tty->disc_data;
 
 	xy3_back_receive(&uart->back, data, (const u8 *)flags, count);
-	/* who writes to the other end of a pty may wait for room */
+	/* wake a writer that is blocked on the master of a pty */
 	tty_unthrottle(tty);
 }
 
@@ -148,10 +174,13 @@ static struct tty_ldisc_ops xy3_ldisc_ops = {
 /**
  * xy3_ldisc_init() - register the line discipline
  *
- * Return: 0 or an error.
+ * Return: 0; -EINVAL when the number is none that is free for it; or another error.
  */
 int __init xy3_ldisc_init(void)
 {
+	/* all ttys of the machine would have this one instead of the standard one */
+	if (ldisc == N_TTY)
+		return -EINVAL;
 	xy3_ldisc_ops.num = ldisc;
 	return tty_register_ldisc(&xy3_ldisc_ops);
 }

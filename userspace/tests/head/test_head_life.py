@@ -399,7 +399,7 @@ class TestUnload(Case):
         set_ldisc(uart.slave, N_TTY)
         assert wait(lambda: not heads())
 
-    @pytest.mark.parametrize('number', (-1, 31, 1000))
+    @pytest.mark.parametrize('number', (-1, 0, 31, 1000))
     def test_number_of_no_line_discipline(self, number):
         head_rig.unload()
         assert error_name(head_rig.load, 'ldisc=%d' % number) == 'EINVAL'
