@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-only */
 /*
- * XY3-100 scanhead: tracepoints xy3:packet, xy3:sync and xy3:frame
+ * XY3-100 scanhead: tracepoints xy3:xy3_packet, xy3:xy3_sync and xy3:xy3_frame
  */
 #undef TRACE_SYSTEM
 #define TRACE_SYSTEM xy3
@@ -12,7 +12,7 @@
 #include <linux/tracepoint.h>
 
 /* A packet of the backchannel */
-TRACE_EVENT(packet,
+TRACE_EVENT(xy3_packet,
 	TP_PROTO(unsigned int number, u8 type, const u8 *payload, size_t length),
 	TP_ARGS(number, type, payload, length),
 	TP_STRUCT__entry(
@@ -31,7 +31,7 @@ TRACE_EVENT(packet,
 );
 
 /* Sync was lost or found; dropped is the number of bytes so far that are part of no packet */
-TRACE_EVENT(sync,
+TRACE_EVENT(xy3_sync,
 	TP_PROTO(unsigned int number, bool in_sync, u64 dropped),
 	TP_ARGS(number, in_sync, dropped),
 	TP_STRUCT__entry(
@@ -49,7 +49,7 @@ TRACE_EVENT(sync,
 );
 
 /* Command frames on their way to the head; error is what the forward channel said of them */
-TRACE_EVENT(frame,
+TRACE_EVENT(xy3_frame,
 	TP_PROTO(unsigned int number, const u8 *frames, size_t size, int error),
 	TP_ARGS(number, frames, size, error),
 	TP_STRUCT__entry(

@@ -8,7 +8,7 @@
 
 static void xy3_back_packet(struct xy3_head *head, const struct xy3_packet *packet)
 {
-	trace_packet(head->number, packet->type, xy3_packet_payload(packet), packet->length);
+	trace_xy3_packet(head->number, packet->type, xy3_packet_payload(packet), packet->length);
 	if (packet->type == XY3_PACKET_SYNC)
 		head->syncs++;
 	if (!xy3_tty_put(head, packet->raw, xy3_packet_size(packet)))

@@ -20,7 +20,7 @@ static int xy3_send_frame(struct xy3_head *head, const u8 *frame, size_t size)
 	scoped_guard(spinlock_irqsave, &head->forward_lock)
 		err = head->forward ?
 			head->forward->ops->command(head->forward, frame, size) : -ENODEV;
-	trace_frame(head->number, frame, size, err);
+	trace_xy3_frame(head->number, frame, size, err);
 	return err;
 }
 

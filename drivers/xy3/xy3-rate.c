@@ -60,7 +60,7 @@ void xy3_back_rate_changed(struct xy3_back *back, unsigned int rate)
  */
 void xy3_sync_changed(struct xy3_head *head)
 {
-	trace_sync(head->number, head->parser.in_sync, head->parser.dropped_bytes);
+	trace_xy3_sync(head->number, head->parser.in_sync, head->parser.dropped_bytes);
 	head->news.sync = true;
 	xy3_news_later(head);
 	if (!head->parser.in_sync)

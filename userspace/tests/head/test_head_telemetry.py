@@ -384,7 +384,7 @@ class TestEvents(Case):
 class TestTrace(Case):
     def set_up(self):
         super().set_up()
-        for name in ('packet', 'sync', 'frame'):
+        for name in ('xy3_packet', 'xy3_sync', 'xy3_frame'):
             write_file(EVENTS + name + '/enable', '1')
             self.add_cleanup(write_file, EVENTS + name + '/enable', '0')
         with open(TRACING + 'trace', 'w', encoding='ascii'):
@@ -403,17 +403,17 @@ class TestTrace(Case):
         head = self.attach()
         head.send(b'ju' + wire.sync() + wire.packet(0x33, b'\x01\xff') + b'!')
         assert self.lines() == [
-            ('packet', 'xy3-0 type=41 length=0 payload='),
-            ('packet', 'xy3-0 type=33 length=2 payload=01 ff')]
+            ('xy3_packet', 'xy3-0 type=41 length=0 payload='),
+            ('xy3_packet', 'xy3-0 type=33 length=2 payload=01 ff')]
         head.send(wire.sync() + b'H')
         head.send(bytes([0x20, 255]) + bytes(range(255)))
         head.send(b'junk')
         lines = self.lines()[2:]
-        assert lines[-1][0] == 'sync'
+        assert lines[-1][0] == 'xy3_sync'
         assert lines[-1][1] == 'xy3-0 in_sync=0 dropped=%d' % head.stat('dropped_bytes')
-        assert ('packet', 'xy3-0 type=20 length=255 payload=' + bytes(range(255)).hex(' ')) in \
-                      lines
-        assert ('sync', 'xy3-0 in_sync=1 dropped=3') in lines
+        assert ('xy3_packet',
+                'xy3-0 type=20 length=255 payload=' + bytes(range(255)).hex(' ')) in lines
+        assert ('xy3_sync', 'xy3-0 in_sync=1 dropped=3') in lines
 
     def test_frames(self):
         head = self.synced()
@@ -423,7 +423,7 @@ class TestTrace(Case):
             assert head_rig.error_name(os.write, writer.fd, frame) == 'ENODEV'
         assert head.set('autocalib', 'on y') == 'ENODEV'
         assert head_rig.error_name(os.write, writer.fd, b'bad') == 'EINVAL'
-        frames = [text for name, text in self.lines() if name == 'frame']
+        frames = [text for name, text in self.lines() if name == 'xy3_frame']
         assert frames == [
             'xy3-0 error=-19 frames=' + wire.command_frame('calibrate', 'x').hex(' '),
             'xy3-0 error=-19 frames=' + wire.command_frame('reference', bits=32).hex(' '),
