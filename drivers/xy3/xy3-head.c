@@ -169,7 +169,7 @@ static void xy3_head_unregister(struct xy3_head *head)
 	scoped_guard(mutex, &head->lock)
 		head->gone = true;
 
-	cancel_delayed_work_sync(&head->news.work);
+	cancel_delayed_work_sync(&head->events.work);
 	xy3_hwmon_remove(head);
 	xy3_tty_remove(head);
 	device_del(&head->dev);
@@ -194,7 +194,7 @@ static struct xy3_head *xy3_head_new(void)
 	mutex_init(&head->rate_lock);
 	spin_lock_init(&head->forward_lock);
 	mutex_init(&head->lock);
-	xy3_telemetry_init(head);
+	xy3_notify_init(head);
 	xy3_rate_init(head);
 	head->autobaud.on = autobaud;
 

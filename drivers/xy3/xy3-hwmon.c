@@ -76,7 +76,7 @@ static const struct hwmon_chip_info xy3_hwmon_chip = {
 
 /**
  * xy3_hwmon_update() - show these thermometers
- * @head: the head; the only caller is the worker of its news
+ * @head: the head; the only caller is the worker of its events
  * @thermometers: components, by bit; once shown they stay
  *
  * The attributes of a hwmon device are fixed, so a new one takes its place.
@@ -92,7 +92,7 @@ void xy3_hwmon_update(struct xy3_head *head, u32 thermometers)
 	hwmon = hwmon_device_register_with_info(&head->dev, "xy3", head, &xy3_hwmon_chip, NULL);
 	if (IS_ERR(hwmon)) {
 		dev_warn_once(&head->dev, "no hwmon device: %pe\n", hwmon);
-		head->hwmon_thermometers = 0;	/* and another try with the next news */
+		head->hwmon_thermometers = 0;	/* and another try with the next event */
 		return;
 	}
 	head->hwmon = hwmon;
@@ -100,7 +100,7 @@ void xy3_hwmon_update(struct xy3_head *head, u32 thermometers)
 
 /**
  * xy3_hwmon_remove() - show none any more
- * @head: the head; the worker of its news does not run, or is the caller
+ * @head: the head; the worker of its events does not run, or is the caller
  */
 void xy3_hwmon_remove(struct xy3_head *head)
 {

@@ -61,8 +61,8 @@ void xy3_back_rate_changed(struct xy3_back *back, unsigned int rate)
 void xy3_sync_changed(struct xy3_head *head)
 {
 	trace_xy3_sync(head->number, head->parser.in_sync, head->parser.dropped_bytes);
-	head->news.sync = true;
-	xy3_news_later(head);
+	head->events.sync = true;
+	xy3_notify_schedule(head);
 	if (!head->parser.in_sync)
 		xy3_autobaud_start(head);
 }

@@ -4,7 +4,7 @@
  *
  *   UART -> xy3-ldisc or xy3-serdev -> xy3-back -> xy3-packet -> xy3-tty       -> /dev/xy3-<n>
  *                                                             -> xy3-telemetry -> xy3-sysfs,
- *                                                                xy3-hwmon, uevents
+ *                                                                xy3-notify -> uevents, xy3-hwmon
  *   /dev/xy3-<n> -> xy3-tty, xy3-sysfs -> xy3-frame -> xy3-forward -> SPI
  *   xy3-back, xy3-tty, xy3-sysfs -> xy3-rate -> the UART, and commands to the head
  *
@@ -135,15 +135,15 @@ struct xy3_telemetry {
 };
 
 /**
- * struct xy3_news - what user space has yet to be told of
+ * struct xy3_events - changes that user space is yet to be notified of
  * @errors: components whose error has changed, by bit
  * @sync: in_sync has changed
  * @identity: a text has changed
  * @thermometers: components that have reported a temperature, by bit
- * @next: jiffies before which nothing more is told
- * @work: the one who tells
+ * @next: jiffies before which there is no other notification
+ * @work: notifies user space
  */
-struct xy3_news {
+struct xy3_events {
 	u32 errors;
 	bool sync;
 	bool identity;
@@ -198,7 +198,7 @@ struct xy3_autobaud {
  * @parser: packets of the stream
  * @order: byte order of numbers
  * @telemetry: what was reported
- * @news: what has changed
+ * @events: what has changed
  * @autobaud: the search for the rate
  * @syncs: sync packets
  * @packets_before: packets of the parser when the UART was moved last
@@ -209,7 +209,7 @@ struct xy3_autobaud {
  * @rate_request: changes the rate for a program that has set the tty's speed
  * @tty: the device of its tty
  * @show_rate: to be queued when the rate has changed; belongs to the tty, and outlives the head
- * @hwmon: worker of @news only, and its last user: the hwmon device, or NULL
+ * @hwmon: worker of @events only, and its last user: the hwmon device, or NULL
  * @hwmon_thermometers: likewise: components that @hwmon shows, by bit
  */
 struct xy3_head {
@@ -231,7 +231,7 @@ struct xy3_head {
 	struct xy3_parser parser;
 	enum xy3_byte_order order;
 	struct xy3_telemetry telemetry;
-	struct xy3_news news;
+	struct xy3_events events;
 	struct xy3_autobaud autobaud;
 	u64 syncs;
 	u64 packets_before;
@@ -278,11 +278,13 @@ unsigned int xy3_forward_room(struct xy3_head *head);
 int xy3_send_command(struct xy3_head *head, u32 command);
 
 /* xy3-telemetry.c */
-void xy3_telemetry_init(struct xy3_head *head);
 void xy3_telemetry_packet(struct xy3_head *head, const struct xy3_packet *packet);
 void xy3_telemetry_forget(struct xy3_head *head);
 void xy3_telemetry_forget_numbers(struct xy3_head *head);
-void xy3_news_later(struct xy3_head *head);
+
+/* xy3-notify.c */
+void xy3_notify_init(struct xy3_head *head);
+void xy3_notify_schedule(struct xy3_head *head);
 
 /* xy3-hwmon.c */
 void xy3_hwmon_update(struct xy3_head *head, u32 thermometers);
