@@ -7,13 +7,14 @@ import errno
 import glob
 import os
 import random
+import select
 import struct
 
 import pytest
 import forward_rig
 import head_rig
 from forward_rig import ARRANGEMENTS, Case
-from head_rig import error_name
+from head_rig import error_name, polled
 from kernel import read_file, wait, write_file
 
 
@@ -212,6 +213,22 @@ class TestCommands(Case):
         assert os.write(fd, head_rig.wire.command_frame('reference', 'y')) == 3
         assert wait(lambda: forward.codes()[-1:] == ['20002'])
         assert forward.codes() == ['c0001', '20001', '20002']
+
+    def test_more_frames_than_fit(self):
+        """A write that blocks is taken whole; poll() and O_NONBLOCK agree about room."""
+        forward = self.forward(1, 'cs')
+        fd = os.open('/dev/xy3-0', os.O_RDWR | os.O_NOCTTY)
+        self.add_cleanup(os.close, fd)
+        frame = head_rig.wire.command_frame('calibrate', 'x')
+        assert os.write(fd, frame * 1000) == 3000
+        assert wait(lambda: forward.number('commands') == 1000)
+        os.set_blocking(fd, False)
+        sent = 1000
+        while sent < 2000:
+            assert polled(fd, select.POLLOUT, 20) == select.POLLOUT
+            sent += os.write(fd, frame * (2000 - sent)) // 3
+        assert wait(lambda: forward.number('commands') == 2000)
+        assert set(forward.codes()) == {'c0001'}
 
     def test_in_the_middle_of_a_stream(self):
         forward = self.forward(4, 'line')
