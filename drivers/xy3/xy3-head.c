@@ -226,13 +226,11 @@ static void xy3_head_remove(struct xy3_head *head)
 
 /* ---- transports ---- */
 
-/* Lock the rate. A change of it may be waiting for the head: that is cut short. */
-static void xy3_part_lock(struct xy3_head *head)
+/* A transport is about to be detached, under rate_lock, which a change of the rate may hold */
+static void xy3_interrupt_rate_change(struct xy3_head *head)
 {
-	WRITE_ONCE(head->parting, true);
+	WRITE_ONCE(head->detaching, true);
 	wake_up_all(&head->resync);
-	mutex_lock(&head->rate_lock);
-	WRITE_ONCE(head->parting, false);
 }
 
 /*
@@ -329,18 +327,20 @@ void xy3_back_detach(struct xy3_back *back)
 
 	guard(mutex)(&xy3_join_lock);
 	sysfs_remove_link(&head->dev.kobj, "back");
-	xy3_part_lock(head);
-	head->back = NULL;
-	WRITE_ONCE(head->rate, 0);
-	mutex_unlock(&head->rate_lock);
+	xy3_interrupt_rate_change(head);
+	scoped_guard(mutex, &head->rate_lock) {
+		WRITE_ONCE(head->detaching, false);
+		head->back = NULL;
+		WRITE_ONCE(head->rate, 0);
+	}
 	back->head = NULL;
 	fwnode_handle_put(back->partner);
 	if (!head->forward) {
 		xy3_head_remove(head);
 		return;
 	}
-	guard(mutex)(&head->lock);
-	xy3_telemetry_forget(head);
+	scoped_guard(mutex, &head->lock)
+		xy3_telemetry_forget(head);
 }
 
 /**
@@ -381,10 +381,12 @@ void xy3_forward_detach(struct xy3_forward *forward)
 
 	guard(mutex)(&xy3_join_lock);
 	sysfs_remove_link(&head->dev.kobj, "forward");
-	xy3_part_lock(head);
-	scoped_guard(spinlock_irqsave, &head->forward_lock)
-		head->forward = NULL;
-	mutex_unlock(&head->rate_lock);
+	xy3_interrupt_rate_change(head);
+	scoped_guard(mutex, &head->rate_lock) {
+		WRITE_ONCE(head->detaching, false);
+		scoped_guard(spinlock_irqsave, &head->forward_lock)
+			head->forward = NULL;
+	}
 	scoped_guard(spinlock_irqsave, &xy3_room_lock)
 		forward->head = NULL;
 	/* a write() that waits for room fails now */

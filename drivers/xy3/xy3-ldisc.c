@@ -43,14 +43,15 @@ static void xy3_uart_set_speed(struct tty_struct *tty, unsigned int rate)
 	tty_set_termios(tty, &termios);
 }
 
-static int xy3_uart_set_rate(struct xy3_back *back, unsigned int was, unsigned int rate)
+static int xy3_uart_set_rate(struct xy3_back *back, unsigned int old_rate,
+			     unsigned int rate)
 {
 	struct tty_struct *tty = container_of(back, struct xy3_uart, back)->tty;
 
 	xy3_uart_set_speed(tty, rate);
 	if (xy3_rate_close(tty_get_baud_rate(tty), rate))
 		return 0;
-	xy3_uart_set_speed(tty, was);
+	xy3_uart_set_speed(tty, old_rate);
 	return -EINVAL;
 }
 
@@ -71,7 +72,7 @@ static void xy3_uart_flag_errors(struct xy3_uart *uart)
 	tty_set_termios(uart->tty, &termios);
 }
 
-/* The next user of the UART finds it as it was, unless somebody has changed the modes since */
+/* The next user of the UART finds it as it was, unless the modes have been changed since */
 static void xy3_uart_unflag_errors(struct xy3_uart *uart)
 {
 	struct tty_struct *tty = uart->tty;

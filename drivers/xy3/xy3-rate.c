@@ -16,7 +16,7 @@
 #define XY3_SEARCH_MS_MAX	4000
 /* Pause before skipping a rate that the UART refuses; it may refuse all of them */
 #define XY3_SEARCH_SKIP_MS	100
-/* A rate is given up at once after so many bytes without sync, or damaged ones */
+/* How many bytes without sync, or damaged ones, prove that a rate is wrong */
 #define XY3_SEARCH_BYTES	1024
 #define XY3_SEARCH_ERRORS	4
 
@@ -93,8 +93,8 @@ static int xy3_move_uart(struct xy3_head *head, struct xy3_back *back, unsigned 
 	return 0;
 }
 
-/* The head is told; before that is done it speaks at its old rate */
-static int xy3_tell_rate(struct xy3_head *head, int command)
+/* Send the command for a rate; before that is done the head sends at its old one */
+static int xy3_send_rate(struct xy3_head *head, int command)
 {
 	const struct xy3_forward_ops *ops = head->forward->ops;
 	int err;
@@ -112,13 +112,13 @@ static bool xy3_rate_is_right(const struct xy3_head *head)
 	       READ_ONCE(head->parser.packets) - head->packets_before >= XY3_RESYNC_PACKETS;
 }
 
-/* Wait for the head at a rate that it was told. Return whether it is there. */
+/* Wait for the head at its new rate. Return whether it is understood. */
 static bool xy3_wait_resync(struct xy3_head *head)
 {
 	/* sync that is left over from the old rate would prove nothing */
 	msleep(XY3_SETTLE_MS);
 	xy3_lose_sync(head);
-	wait_event_timeout(head->resync, xy3_rate_is_right(head) || READ_ONCE(head->parting),
+	wait_event_timeout(head->resync, xy3_rate_is_right(head) || READ_ONCE(head->detaching),
 			   msecs_to_jiffies(XY3_RESYNC_MS));
 	return xy3_rate_is_right(head);
 }
@@ -126,11 +126,11 @@ static bool xy3_wait_resync(struct xy3_head *head)
 /* Both ends, the head first; and back again if they do not meet */
 static int xy3_move_both(struct xy3_head *head, unsigned int rate)
 {
-	unsigned int was = head->rate;
-	int command = xy3_rate_command(was);
+	unsigned int old_rate = head->rate;
+	int command = xy3_rate_command(old_rate);
 	int err;
 
-	err = xy3_tell_rate(head, xy3_rate_command(rate));
+	err = xy3_send_rate(head, xy3_rate_command(rate));
 	if (err)
 		return err;
 	err = xy3_move_uart(head, head->back, rate);
@@ -139,11 +139,11 @@ static int xy3_move_both(struct xy3_head *head, unsigned int rate)
 
 	/* a UART may have had a rate that no head can have */
 	if (command >= 0)
-		xy3_tell_rate(head, command);
+		xy3_send_rate(head, command);
 	if (err)
 		return err;
-	xy3_move_uart(head, head->back, was);
-	return READ_ONCE(head->parting) ? -ENODEV : -ETIMEDOUT;
+	xy3_move_uart(head, head->back, old_rate);
+	return READ_ONCE(head->detaching) ? -ENODEV : -ETIMEDOUT;
 }
 
 /**
@@ -166,7 +166,7 @@ int xy3_set_rate(struct xy3_head *head, unsigned int rate)
 	guard(mutex)(&head->rate_lock);
 	if (!head->back)
 		return -ENODEV;
-	/* a head that has restarted may have another rate: then it is told once more */
+	/* a head that has restarted may have another rate: then it is sent the command again */
 	if (head->rate == rate && (!head->forward || READ_ONCE(head->parser.in_sync)))
 		return 0;
 
@@ -236,7 +236,7 @@ static void xy3_autobaud_work(struct work_struct *work)
 	unsigned int rate, ms;
 	int err;
 
-	/* first, as who has it may be about to find the head */
+	/* before head->lock; a change of the rate that is under way may find the head */
 	guard(mutex)(&head->rate_lock);
 	if (!head->back)
 		return;
@@ -247,7 +247,7 @@ static void xy3_autobaud_work(struct work_struct *work)
 		ms = min(XY3_SEARCH_MS << min(search->round, 3U), XY3_SEARCH_MS_MAX);
 	}
 
-	/* the head is not told: it is the one who knows */
+	/* without a command: it is the head that knows the rate */
 	err = xy3_move_uart(head, head->back, rate);
 
 	guard(mutex)(&head->lock);
@@ -269,7 +269,7 @@ void xy3_rate_init(struct xy3_head *head)
 }
 
 /**
- * xy3_autobaud_start() - search from now on, if that is wanted and sync is not there
+ * xy3_autobaud_start() - begin a search, if it is switched on and there is no sync
  * @head: the head; its lock is held
  *
  * The present rate has the first turn.

@@ -31,11 +31,11 @@ struct xy3_serdev {
 
 static serdev_size_t xy3_serdev_receive(struct serdev_device *serdev, const u8 *data, size_t size)
 {
-	struct xy3_serdev *x = serdev_device_get_drvdata(serdev);
+	struct xy3_serdev *xs = serdev_device_get_drvdata(serdev);
 
-	guard(mutex)(&x->lock);
-	if (x->attached)
-		xy3_back_receive(&x->back, data, NULL, size);
+	guard(mutex)(&xs->lock);
+	if (xs->attached)
+		xy3_back_receive(&xs->back, data, NULL, size);
 	return size;
 }
 
@@ -43,13 +43,14 @@ static const struct serdev_device_ops xy3_serdev_ops = {
 	.receive_buf = xy3_serdev_receive,
 };
 
-static int xy3_serdev_set_rate(struct xy3_back *back, unsigned int was, unsigned int rate)
+static int xy3_serdev_set_rate(struct xy3_back *back, unsigned int old_rate,
+			       unsigned int rate)
 {
 	struct serdev_device *serdev = container_of(back, struct xy3_serdev, back)->serdev;
 
 	if (xy3_rate_close(serdev_device_set_baudrate(serdev, rate), rate))
 		return 0;
-	serdev_device_set_baudrate(serdev, was);
+	serdev_device_set_baudrate(serdev, old_rate);
 	return -EINVAL;
 }
 
@@ -57,65 +58,65 @@ static const struct xy3_back_ops xy3_serdev_back_ops = {
 	.set_rate = xy3_serdev_set_rate,
 };
 
-static int xy3_serdev_open(struct xy3_serdev *x)
+static int xy3_serdev_open(struct xy3_serdev *xs)
 {
 	unsigned int rate = XY3_RATE_DEFAULT;
 	int err;
 
-	device_property_read_u32(&x->serdev->dev, "current-speed", &rate);
+	device_property_read_u32(&xs->serdev->dev, "current-speed", &rate);
 	if (xy3_rate_command(rate) < 0)
-		return dev_err_probe(&x->serdev->dev, -EINVAL, "a head has no rate of %u bit/s\n",
+		return dev_err_probe(&xs->serdev->dev, -EINVAL, "a head has no rate of %u bit/s\n",
 				     rate);
 
-	err = serdev_device_open(x->serdev);
+	err = serdev_device_open(xs->serdev);
 	if (err)
 		return err;
-	serdev_device_set_flow_control(x->serdev, false);
-	serdev_device_set_parity(x->serdev, SERDEV_PARITY_NONE);
-	if (!xy3_rate_close(serdev_device_set_baudrate(x->serdev, rate), rate)) {
-		serdev_device_close(x->serdev);
-		return dev_err_probe(&x->serdev->dev, -EINVAL, "the UART cannot do %u bit/s\n",
+	serdev_device_set_flow_control(xs->serdev, false);
+	serdev_device_set_parity(xs->serdev, SERDEV_PARITY_NONE);
+	if (!xy3_rate_close(serdev_device_set_baudrate(xs->serdev, rate), rate)) {
+		serdev_device_close(xs->serdev);
+		return dev_err_probe(&xs->serdev->dev, -EINVAL, "the UART cannot do %u bit/s\n",
 				     rate);
 	}
-	x->back.rate = rate;
+	xs->back.rate = rate;
 	return 0;
 }
 
 static int xy3_serdev_probe(struct serdev_device *serdev)
 {
-	struct xy3_serdev *x;
+	struct xy3_serdev *xs;
 	int err;
 
-	x = devm_kzalloc(&serdev->dev, sizeof(*x), GFP_KERNEL);
-	if (!x)
+	xs = devm_kzalloc(&serdev->dev, sizeof(*xs), GFP_KERNEL);
+	if (!xs)
 		return -ENOMEM;
-	x->serdev = serdev;
-	x->back.ops = &xy3_serdev_back_ops;
-	x->back.dev = &serdev->dev;
-	mutex_init(&x->lock);
-	serdev_device_set_drvdata(serdev, x);
+	xs->serdev = serdev;
+	xs->back.ops = &xy3_serdev_back_ops;
+	xs->back.dev = &serdev->dev;
+	mutex_init(&xs->lock);
+	serdev_device_set_drvdata(serdev, xs);
 	serdev_device_set_client_ops(serdev, &xy3_serdev_ops);
 
-	err = xy3_serdev_open(x);
+	err = xy3_serdev_open(xs);
 	if (err)
 		return err;
-	err = xy3_back_attach(&x->back);
+	err = xy3_back_attach(&xs->back);
 	if (err) {
 		serdev_device_close(serdev);
 		return err;
 	}
-	guard(mutex)(&x->lock);
-	x->attached = true;
+	guard(mutex)(&xs->lock);
+	xs->attached = true;
 	return 0;
 }
 
 static void xy3_serdev_remove(struct serdev_device *serdev)
 {
-	struct xy3_serdev *x = serdev_device_get_drvdata(serdev);
+	struct xy3_serdev *xs = serdev_device_get_drvdata(serdev);
 
-	scoped_guard(mutex, &x->lock)
-		x->attached = false;
-	xy3_back_detach(&x->back);
+	scoped_guard(mutex, &xs->lock)
+		xs->attached = false;
+	xy3_back_detach(&xs->back);
 	serdev_device_close(serdev);
 }
 

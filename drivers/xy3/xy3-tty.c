@@ -216,7 +216,7 @@ static void xy3_hangup(struct tty_struct *tty)
 	struct xy3_line *line = tty->driver_data;
 
 	tty_port_hangup(&line->port);
-	/* the next head's tty may be the same one, for whoever opens it */
+	/* the next head may have the same tty, for any program to open */
 	clear_bit(TTY_EXCLUSIVE, &tty->flags);
 }
 

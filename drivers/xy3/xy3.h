@@ -38,7 +38,7 @@ struct xy3_head;
  *	      then it is where it was.
  */
 struct xy3_back_ops {
-	int (*set_rate)(struct xy3_back *back, unsigned int was, unsigned int rate);
+	int (*set_rate)(struct xy3_back *back, unsigned int old_rate, unsigned int rate);
 };
 
 /**
@@ -186,8 +186,8 @@ struct xy3_autobaud {
  *	the other two locks, and never where the settings of a tty are locked
  * @back: its backchannel, or NULL
  * @rate: bit/s that @back listens at, 0 without one; read without a lock
- * @parting: a transport goes, and wants @rate_lock: nobody is to wait for the head any more
- * @resync: where a change of the rate waits for proof that it is right, or for @parting
+ * @detaching: a transport is to be detached, which requires @rate_lock: do not wait for the head
+ * @resync: where a change of the rate waits for proof that it is right, or for @detaching
  *
  * @forward_lock: protects @forward
  * @forward: its forward channel, or NULL
@@ -220,7 +220,7 @@ struct xy3_head {
 	struct mutex rate_lock;		/* see above */
 	struct xy3_back *back;
 	unsigned int rate;
-	bool parting;
+	bool detaching;
 	wait_queue_head_t resync;
 
 	spinlock_t forward_lock;	/* see above */
