@@ -387,6 +387,33 @@ static void named_forward_taken_test(struct kunit *test)
 	KUNIT_EXPECT_EQ(test, heads(), 0);
 }
 
+/* udev's rules write to the attributes of a head as soon as it is there */
+static int write_and_fail(struct device *dev)
+{
+	store(to_xy3_head(dev), "autobaud", "1");
+	current->fail_nth = 1;
+	return 0;
+}
+
+/* There is no memory for the tty of a new head; what a write to it has started ends with it */
+static void no_tty_test(struct kunit *test)
+{
+	struct class_interface writer = { .class = xy3_class, .add_dev = write_and_fail };
+	struct forward *forward = forward_make(test, NULL);
+	int err;
+
+	KUNIT_ASSERT_EQ(test, class_interface_register(&writer), 0);
+	err = xy3_forward_attach(&forward->xy3);
+	class_interface_unregister(&writer);
+	current->fail_nth = 0;
+	KUNIT_ASSERT_EQ(test, err, -ENOMEM);
+	KUNIT_EXPECT_EQ(test, heads(), 0);
+	msleep(2000);
+
+	KUNIT_ASSERT_EQ(test, 0, xy3_forward_attach(&forward->xy3));
+	KUNIT_EXPECT_NOT_NULL(test, head_of_number(0));
+}
+
 /* ---- the serdev ---- */
 
 static void probe_test(struct kunit *test)
@@ -548,6 +575,7 @@ static struct kunit_case xy3_driver_cases[] = {
 	KUNIT_CASE(choice_back_test),
 	KUNIT_CASE(choice_text_test),
 	KUNIT_CASE(named_forward_taken_test),
+	KUNIT_CASE_SLOW(no_tty_test),
 	KUNIT_CASE(probe_test),
 	KUNIT_CASE_PARAM(speed_test, speed_gen_params),
 	KUNIT_CASE(open_error_test),
