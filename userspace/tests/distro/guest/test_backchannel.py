@@ -8,7 +8,9 @@ import glob
 import hashlib
 import os
 import re
+import select
 import subprocess
+import termios
 
 import pytest
 from harness import (BIND_TIME, TRACING, command, module_loaded, read_file, reload_rules, settle,
@@ -114,6 +116,29 @@ def test_cat_gives_what_was_sent(attach, port):
     assert len(split(data)) == head.stat('rx_packets')
     assert head.stat('unknown_packets') == 2
     assert head.stat('dropped_bytes') + head.stat('lost_packets') == 0
+
+
+@pytest.mark.smoke
+def test_flush_of_a_full_buffer(attach):
+    """Whatever N_TTY has in this kernel, tcsetattr(TCSAFLUSH) drops whole packets of it."""
+    head = attach(UART)
+    head.sync()
+    fd = os.open(head.node, os.O_RDONLY | os.O_NOCTTY | os.O_NONBLOCK)
+    try:
+        head.request('mark')
+        head.request('stream', packets=1000)
+        sent = head.request('sent')['bytes']
+        assert sent > 2 * 4096
+        wait_for(lambda: head.stat('rx_bytes') >= sent, 'the stream', BIND_TIME)
+        termios.tcsetattr(fd, termios.TCSAFLUSH, termios.tcgetattr(fd))
+        data = b''
+        while select.select([fd], [], [], 1)[0]:
+            data += os.read(fd, 65536)
+    finally:
+        os.close(fd)
+    assert len(split(data)) > 100
+    assert sent - 4096 <= len(data) < sent
+    assert head.stat('lost_packets') == 0
 
 
 def seconds_of_traffic():
