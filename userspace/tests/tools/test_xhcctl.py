@@ -210,6 +210,12 @@ class TestSet(ToolCase):
         assert run('set', 'position=1 2 3 4 5 6.125').status == OK
         assert pendant.get('position') == '1 2 3 4 5 6.13'
 
+    def test_step_code_in_json(self):
+        """A code without a multiplier is a text; one with a multiplier is that"""
+        self.plug()
+        for code, shown in (('0x0b', '0x0b'), ('0x03', 10)):
+            assert run('set', 'step=' + code, '-j').json()[0]['dro']['step'] == shown
+
     def test_json_says_what_the_display_has(self):
         self.plug()
         result = run('set', 'work_x=1.99999', 'day=auto', '-j')
@@ -262,10 +268,11 @@ class TestSet(ToolCase):
 
     def test_ranges(self):
         number = ('0..65535', ['0', '65535'], ['-1', '65536'], ['', 'x', '1.5'])
-        steps = 'one of 0 1 5 10 20 30 40 50 100 500 1000'
+        multipliers = ['0', '1', '5', '10', '20', '30', '40', '50', '100', '500', '1000']
+        steps = 'one of %s, or a code 0x0..0xf' % ' '.join(multipliers)
         rows = [(name, *number) for name in NUMBERS] + [
             ('icon', '0..15', ['0', '15'], ['-1', '16'], ['', '0x1']),
-            ('step', steps, steps.split()[2:], ['2', '1001'], ['', 'x']),
+            ('step', steps, [*multipliers, '0x0b'], ['2', '1001', '0x10'], ['', 'x']),
             ('day', '1..31 or auto', ['1', '31', 'auto'], ['0', '32'], ['today']),
             ('refresh_ms', '10..1000', ['10', '1000', '50'], ['9', '1001'], ['x']),
         ]

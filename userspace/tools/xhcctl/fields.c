@@ -44,7 +44,7 @@ void field_print_range(FILE *stream, enum field_index index, const struct pendan
 	} else if (index == STEP) {
 		if (sysfs_read(steps, sizeof(steps), "%s/dro/step_available", pendant->path) < 0)
 			snprintf(steps, sizeof(steps), "those in step_available");
-		fprintf(stream, "one of %s", steps);
+		fprintf(stream, "one of %s, or a code 0x0..0xf", steps);
 	} else if (index == STATE) {
 		fprintf(stream, "idle, run, pause%s, joined by +, or a number 0..255",
 			decimals == 4 ? ", inch" : "");
@@ -99,13 +99,15 @@ int values_read(const struct pendant *pendant, struct values *values)
 	return 0;
 }
 
-/* As the driver has written it, with all its digits */
+/* As the driver has written it, with all its digits; JSON has no hexadecimal numbers */
 static struct json_object *value_json(const char *text)
 {
 	char *end;
 	double value = strtod(text, &end);
 
-	return *end ? json_object_new_string(text) : json_object_new_double_s(value, text);
+	if (*end || strchr(text, 'x'))
+		return json_object_new_string(text);
+	return json_object_new_double_s(value, text);
 }
 
 struct json_object *values_json(const struct values *values)
