@@ -122,6 +122,8 @@ def test_page_on_installing():
     with Document('userspace/doc/install.md') as document:
         document.elsewhere('apt install dkms linux-headers-amd64', 'make install',
                            test='test-fresh-machine, alone')
+        document.elsewhere("grep 'left out' /var/lib/dkms/xhc-xy3/*/*/*/log/make.log",
+                           test='test-packages, by-need')
         document.elsewhere('make deb', 'apt install ./build/deb/*.deb',
                            test='build-debs, test-packages')
         document.elsewhere('sudo adduser $USER dialout', test='setpriv is as good')

@@ -1,0 +1,212 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""Which modules DKMS is to build for a kernel, and which ones Kbuild builds: by what the kernel's
+configuration has.
+
+dkms.conf is sourced as dkms 3.0 and 3.2 source it, by bash and with their variables; Kbuild is read
+by make, with the variables that the kernel's build gives it.
+"""
+
+import itertools
+import os
+import re
+import shutil
+import subprocess
+import tempfile
+
+import pytest
+
+HERE = os.path.dirname(os.path.realpath(__file__))
+TOP = os.path.realpath(os.path.join(HERE, '..', '..', '..'))
+KERNEL, ARCH = '6.1.0-own', 'x86_64'
+with open(os.path.join(TOP, 'Makefile'), encoding='ascii') as makefile:
+    PACKAGE = 'xhc-xy3/' + re.search(r'^VERSION := (\S+)', makefile.read(), re.M).group(1)
+
+MODULES = {'hid-xhc': 'drivers/hid-xhc', 'xy3': 'drivers/xy3', 'xy3-spi': 'drivers/xy3/spi',
+           'xy3-sim': 'drivers/xy3/sim'}
+SYMBOLS = ('HID', 'USB_HID', 'HWMON', 'SERIAL_DEV_BUS', 'SPI', 'IIO', 'IIO_BUFFER')
+
+# What a kernel has, what it has not, and the modules that are to be there
+CASES = {
+    'own realtime kernel, no IIO': (
+        ('HID', 'USB_HID', 'HWMON', 'SPI', 'SERIAL_DEV_BUS'), ('IIO', 'IIO_BUFFER'),
+        ['hid-xhc', 'xy3']),
+    'own realtime kernel, no SPI, no serdev': (
+        ('HID', 'USB_HID'), ('SPI', 'SERIAL_DEV_BUS', 'IIO_BUFFER'),
+        ['hid-xhc']),
+    'cloud': ((), ('HID', 'USB_HID'), []),
+}
+
+# Prints what dkms takes over: "NAME[INDEX]=VALUE"
+SOURCE = '''
+shopt -s extglob
+. "$1/dkms.conf" > /dev/null
+for name in BUILT_MODULE_NAME BUILT_MODULE_LOCATION DEST_MODULE_NAME DEST_MODULE_LOCATION \\
+		BUILD_EXCLUSIVE_CONFIG AUTOINSTALL PACKAGE_NAME PACKAGE_VERSION; do
+	for index in $(eval echo "\\${!$name[@]}"); do
+		eval echo "'$name[$index]='\\"\\${$name[$index]}\\""
+	done
+done
+'''
+
+
+class Kernel:
+    """A kernel's headers, as far as its configuration, and the folder of dkms"""
+
+    def __init__(self, on=(), off=(), files=('.config', 'include/config/auto.conf')):
+        self.path = tempfile.mkdtemp()
+        self.on = on
+        self.headers = os.path.join(self.path, 'headers')
+        lines = ['CONFIG_%s=%s\n' % (symbol, 'ym'[i % 2]) for i, symbol in enumerate(on)]
+        # like a symbol, and no such
+        lines += ['CONFIG_%s_OTHER=y\n' % symbol for symbol in off]
+        for name in files:
+            os.makedirs(os.path.dirname(os.path.join(self.headers, name)), exist_ok=True)
+            with open(os.path.join(self.headers, name), 'w', encoding='ascii') as file:
+                file.writelines(lines)
+                if name == '.config':
+                    file.writelines('# CONFIG_%s is not set\n' % symbol for symbol in off)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        shutil.rmtree(self.path)
+
+    def has_built(self, *files):
+        folder = os.path.join(self.path, PACKAGE, KERNEL, ARCH, 'module')
+        os.makedirs(folder)
+        for name in files:
+            with open(os.path.join(folder, name), 'wb'):
+                pass
+
+    def by_dkms(self):
+        """The names of the modules; none if the package is left out"""
+        done = subprocess.run(
+            ['bash', '-c', SOURCE, 'dkms', TOP], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+            text=True, check=True, cwd='/',
+            env={'PATH': os.environ['PATH'], 'kernelver': KERNEL, 'arch': ARCH,
+                 'kernel_source_dir': self.headers, 'dkms_tree': self.path})
+        assert done.stderr == ''
+        said = dict(line.split('=', 1) for line in done.stdout.splitlines())
+        assert said['AUTOINSTALL[0]'] == 'yes'
+        assert '%s/%s' % (said['PACKAGE_NAME[0]'], said['PACKAGE_VERSION[0]']) == PACKAGE
+
+        # dkms 3.0 requires a module, and all versions an array without holes
+        names = [said['BUILT_MODULE_NAME[%d]' % i]
+                 for i in range(sum(key.startswith('BUILT_MODULE_NAME') for key in said))]
+        assert names
+        for array in ('BUILT_MODULE_LOCATION', 'DEST_MODULE_LOCATION'):
+            assert [key for key in said if key.startswith(array)] == [
+                '%s[%d]' % (array, i) for i in range(len(names))]
+        for i, name in enumerate(names):
+            assert said['BUILT_MODULE_LOCATION[%d]' % i] == MODULES[name]
+            assert said['DEST_MODULE_LOCATION[%d]' % i] == '/updates/dkms'
+
+        exclusive = said['BUILD_EXCLUSIVE_CONFIG[0]'].split()
+        assert exclusive
+        if os.path.exists(self.headers) and not {s.removeprefix('CONFIG_')
+                                                 for s in exclusive} <= set(self.on):
+            return []
+        return names
+
+    def by_kbuild(self, *variables):
+        """The modules' folders, and what make prints"""
+        done = subprocess.run(
+            ['make', '-s', '-f', '-', *variables, *('CONFIG_%s=y' % symbol for symbol in self.on)],
+            input='include %s/Kbuild\nall:\n\t@echo "modules:$(obj-m)"\n' % TOP,
+            stdout=subprocess.PIPE, text=True, check=True)
+        *printed, modules = done.stdout.splitlines()
+        folders = [folder.rstrip('/') for folder in modules.removeprefix('modules:').split()]
+        return [name for name, folder in MODULES.items() if folder in folders], printed
+
+
+@pytest.mark.parametrize('name', CASES)
+@pytest.mark.parametrize('files', [('.config',), ('include/config/auto.conf',),
+                                   ('.config', 'include/config/auto.conf')])
+@pytest.mark.parametrize('others', ['off', 'on'])
+def test_kernel_gets_what_it_can_have(name, files, others):
+    on, off, expected = CASES[name]
+    if others == 'on':
+        on = [symbol for symbol in SYMBOLS if symbol not in off]
+        if name == 'own realtime kernel, no IIO':
+            assert set(on) == set(CASES[name][0])
+    with Kernel(on, off, files) as kernel:
+        assert kernel.by_dkms() == expected
+
+
+def test_either_file_of_the_configuration_counts():
+    """dkms 3.0 looks at .config, dkms 3.2 and the kernel's build at auto.conf"""
+    few, all_of_them = ('HID', 'USB_HID'), SYMBOLS
+    for name in '.config', 'include/config/auto.conf':
+        with Kernel(all_of_them) as kernel, Kernel(few, files=(name,)) as other:
+            shutil.copy(os.path.join(other.headers, name), os.path.join(kernel.headers, name))
+            assert kernel.by_dkms() == ['hid-xhc']
+
+
+def test_kernel_with_all():
+    with Kernel(SYMBOLS) as kernel:
+        assert kernel.by_dkms() == list(MODULES)
+        assert kernel.by_kbuild() == (list(MODULES), [])
+
+
+def test_modules_are_those_of_the_source():
+    found = {}
+    for folder, _, files in os.walk(os.path.join(TOP, 'drivers')):
+        if 'Kbuild' in files:
+            with open(os.path.join(folder, 'Kbuild'), encoding='ascii') as file:
+                for name in re.findall(r'^obj-\S+ \+?:?= (\S+)\.o$', file.read(), re.M):
+                    found[name] = os.path.relpath(folder, TOP)
+    assert found == MODULES
+
+
+def test_dkms_and_kbuild_agree():
+    """For every set of what the modules require, DKMS lists what Kbuild builds"""
+    seen = set()
+    for count in range(len(SYMBOLS) + 1):
+        for on in itertools.combinations(SYMBOLS, count):
+            with Kernel(on) as kernel:
+                built, _ = kernel.by_kbuild()
+                seen.add(tuple(built))
+                # without the driver of pendants DKMS leaves all out
+                assert kernel.by_dkms() == (built if 'hid-xhc' in built else []), on
+    assert {(), ('hid-xhc',), ('hid-xhc', 'xy3'), tuple(MODULES)} <= seen
+
+
+def test_what_is_left_out_is_named_with_what_the_kernel_lacks():
+    on, _, _ = CASES['own realtime kernel, no IIO']
+    with Kernel(on) as kernel:
+        assert kernel.by_kbuild('need-modorder=1')[1] == [
+            'xhc-xy3: xy3-spi is left out: the kernel has no CONFIG_IIO_BUFFER',
+            'xhc-xy3: xy3-sim is left out: the kernel has no CONFIG_IIO_BUFFER']
+        # modpost reads the file once more
+        assert kernel.by_kbuild()[1] == []
+    with Kernel(('HID', 'USB_HID', 'HWMON')) as kernel:
+        assert kernel.by_kbuild('need-modorder=1')[1][0] == (
+            'xhc-xy3: xy3 is left out: the kernel has no CONFIG_SERIAL_DEV_BUS')
+    with Kernel() as kernel:
+        assert kernel.by_kbuild('need-modorder=1')[1][:2] == [
+            'xhc-xy3: hid-xhc is left out: the kernel has no CONFIG_HID CONFIG_USB_HID',
+            'xhc-xy3: xy3 is left out: the kernel has no CONFIG_HWMON CONFIG_SERIAL_DEV_BUS']
+
+
+def test_kernel_whose_configuration_is_not_there():
+    """dkms add and status, for one: it has no headers yet"""
+    with Kernel(files=()) as kernel:
+        assert not os.path.exists(kernel.headers)
+        assert kernel.by_dkms() == list(MODULES)
+
+
+@pytest.mark.parametrize('suffix', ['', '.xz', '.zst'])
+def test_what_was_built_is_removed_without_headers(suffix):
+    with Kernel(files=()) as kernel:
+        kernel.has_built('hid-xhc.ko' + suffix, 'xy3.ko' + suffix)
+        assert kernel.by_dkms() == ['hid-xhc', 'xy3']
+
+
+def test_what_was_built_is_removed_after_the_configuration_has_changed():
+    with Kernel(SYMBOLS) as kernel:
+        kernel.has_built('hid-xhc.ko')
+        assert kernel.by_dkms() == ['hid-xhc']
+    with Kernel(('HID', 'USB_HID')) as kernel:
+        kernel.has_built(*(name + '.ko' for name in MODULES))
+        assert kernel.by_dkms() == list(MODULES)
