@@ -10,6 +10,7 @@
 #	ours DIR		our modules below a folder
 #	built_for KERNEL	they are there for this kernel, and found
 #	left_out KERNEL		DKMS leaves this kernel out
+#	by_need KERNEL		of a kernel that lacks what some drivers require, DKMS builds the others
 
 # shellcheck disable=SC2154 # see above
 top=$(cd "$here/../../.." && pwd)
@@ -40,7 +41,7 @@ leads_to() {
 }
 
 built_for() {
-	local kernel=$1 driver installed
+	local kernel=$1 driver
 
 	in_root dkms status -m "$name" -v "$version" -k "$kernel" | grep ': installed' ||
 		refuse 'not installed, says dkms'
@@ -53,10 +54,17 @@ built_for() {
 	leads_to spi:xy3-100 xy3_spi "$kernel"
 	leads_to 'of:NscanheadT(null)Clasia,xy3-100' xy3_spi "$kernel"
 
+	installed_are "$kernel" "${drivers[@]}"
+}
+
+# $1: the kernel, $2...: the drivers that it has of us, and no others
+installed_are() {
+	local kernel=$1 installed
+	shift
 	installed=$(find "$root/usr/lib/modules/$kernel/updates" -name '*.ko*' -printf '%P\n' |
 		sed -E 's/\.(xz|zst|gz)$//' | sort)
-	[ "$installed" = "$(printf 'dkms/%s.ko\n' "${drivers[@]}" | sort)" ] ||
-		refuse "installed was more or less than the drivers: $installed"
+	[ "$installed" = "$(printf 'dkms/%s.ko\n' "$@" | sort)" ] ||
+		refuse "installed was more or less than $*: $installed"
 }
 
 # dkms' status 77: excluded by the package itself. What kernel packages call is the hook; if
@@ -68,4 +76,41 @@ left_out() {
 	[ "$status" -eq 77 ] || refuse "dkms install ended with status $status, not 77"
 	in_root /etc/kernel/postinst.d/dkms "$kernel" || refuse 'the kernel hook failed'
 	[ -z "$(ours "$root/usr/lib/modules/$kernel")" ] || refuse 'a module came to be'
+}
+
+# A kernel of the user's own: the headers of kernel $1 under the name $2, without the symbols $3
+without() {
+	local file
+	cp -a "$root/usr/src/linux-headers-$1" "$root/usr/src/linux-headers-$2"
+	for file in .config include/config/auto.conf; do
+		sed -i -E "s/^(CONFIG_($3))=.*/# \\1 is not set/" "$root/usr/src/linux-headers-$2/$file"
+	done
+	# Debian's names the folder
+	sed -i "s|/usr/src/linux-headers-$1\$|/usr/src/linux-headers-$2|" \
+		"$root/usr/src/linux-headers-$2/Makefile"
+	mkdir "$root/usr/lib/modules/$2"
+	ln -s "/usr/src/linux-headers-$2" "$root/usr/lib/modules/$2/build"
+}
+
+# When dkms removes the modules, the headers have gone
+by_need() {
+	local own=${1%%-*}-own status log driver
+
+	without "$1" "$own" 'SPI|SERIAL_DEV_BUS|IIO_BUFFER'
+	in_root dkms autoinstall -k "$own"
+	installed_are "$own" hid-xhc
+	log=$(cat "$root/var/lib/dkms/$name/$version/$own"/*/log/make.log)
+	for driver in xy3 xy3-spi xy3-sim; do
+		[ "$(grep -c "^$name: $driver is left out: .* CONFIG_SERIAL_DEV_BUS" <<< "$log")" \
+			-eq 1 ] || refuse "make.log has not one line on $driver"
+	done
+
+	rm -r "$root/usr/src/linux-headers-$own" "$root/usr/lib/modules/$own/build"
+	status=$(in_root dkms status -m "$name" -v "$version" -k "$own")
+	[[ $status == *': installed' ]] || refuse "of the status $status"
+	in_root dkms uninstall -m "$name" -v "$version" -k "$own"
+	[ -z "$(ours "$root/usr/lib/modules/$own")" ] || refuse 'modules are left'
+	in_root dkms unbuild -m "$name" -v "$version" -k "$own"
+	[ -z "$(find "$root/var/lib/dkms" -name "*$own*")" ] || refuse 'dkms still knows the kernel'
+	rm -r "$root/usr/lib/modules/$own"
 }
