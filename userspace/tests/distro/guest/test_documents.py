@@ -120,11 +120,12 @@ def test_first_page():
 
 def test_page_on_installing():
     with Document('userspace/doc/install.md') as document:
-        document.elsewhere('apt install dkms linux-headers-amd64', 'make install',
+        document.elsewhere('apt install dkms linux-headers-$(uname -r)', 'make install',
                            test='test-fresh-machine, alone')
         document.elsewhere("grep 'left out' /var/lib/dkms/xhc-xy3/*/*/*/log/make.log",
                            test='test-packages, by-need')
-        document.elsewhere('make deb', 'apt install ./build/deb/*.deb',
+        document.elsewhere('make deb',
+                           'apt install ./build/deb/*.deb linux-headers-$(uname -r)',
                            test='build-debs, test-packages')
         document.elsewhere('sudo adduser $USER dialout', test='setpriv is as good')
         document.elsewhere('mokutil --import /var/lib/dkms/mok.pub',
