@@ -184,6 +184,23 @@ class TestCase(case.Case):
         root.write(MODULES + 'modules.dep', 'updates/dkms/not-xy3.ko:\n')
         self.assert_found(root, 'module', 'has no module xy3', 'dkms autoinstall -k ' + KERNEL)
 
+    def test_module_that_the_kernel_has_no_means_for(self):
+        root = self.root('xy3ctl')
+        root.remove('sys/module/xy3')
+        root.write(MODULES + 'modules.dep', 'updates/dkms/hid-xhc.ko:\n')
+        built, link = '%s/%s/x86_64' % (version(), KERNEL), '%s/kernel-%s-x86_64' % (DKMS, KERNEL)
+        root.remove(link)
+        os.symlink(built, root.at(link))
+        log = '%s/%s/log/make.log' % (DKMS, built)
+        why = 'the kernel has no CONFIG_HWMON CONFIG_SERIAL_DEV_BUS'
+        root.write(log, 'xhc-xy3: xy3 is left out: %s\n'
+                        'xhc-xy3: xy3-spi is left out: the kernel has no CONFIG_SPI\n' % why)
+        self.assert_found(root, 'module', 'has no module xy3: it was left out, as ' + why,
+                          'start a kernel that has')
+        # the log has a line on another module only
+        root.write(log, 'xhc-xy3: xy3-spi is left out: the kernel has no CONFIG_SPI\n')
+        self.assert_found(root, 'module', 'has no module xy3', 'dkms autoinstall -k ' + KERNEL)
+
     def test_version(self):
         root = self.root('xhcctl')
         root.loaded('0.0.1')

@@ -112,6 +112,41 @@ static void look_dkms(struct doctor *doctor)
 
 /* ---- modules ---- */
 
+static struct {
+	const char *module;
+	char why[128];		/* "" when it was not left out */
+} left_out;
+
+/* A build's log has a line on each module that it left out, see Kbuild at the top */
+static void take_left_out(struct doctor *doctor, const char *path)
+{
+	char *line = NULL, start[64];
+	FILE *file = fopen(doctor_path(doctor, "%s", path), "re");
+	size_t room = 0;
+
+	if (!file)
+		return;
+	snprintf(start, sizeof(start), NAME ": %s is left out: ", left_out.module);
+	while (getline(&line, &room, file) >= 0) {
+		line[strcspn(line, "\n")] = '\0';
+		if (!strncmp(line, start, strlen(start)))
+			snprintf(left_out.why, sizeof(left_out.why), "%s", line + strlen(start));
+	}
+	free(line);
+	fclose(file);
+}
+
+static void look_left_out(struct doctor *doctor, const char *module)
+{
+	char pattern[PATH_MAX];
+
+	left_out.module = module;
+	left_out.why[0] = '\0';
+	snprintf(pattern, sizeof(pattern), "/var/lib/dkms/" NAME "/kernel-%s-*/log/make.log",
+		 doctor_kernel(doctor));
+	doctor_each(doctor, pattern, take_left_out);
+}
+
 static void look_module(struct doctor *doctor, const struct doctor_driver *driver)
 {
 	char path[PATH_MAX], mend[256];
@@ -120,6 +155,13 @@ static void look_module(struct doctor *doctor, const struct doctor_driver *drive
 	if (path[0] || is_loaded(doctor, driver)) {
 		doctor_ok(doctor, "%s is there%s", driver->module,
 			  is_loaded(doctor, driver) ? " and loaded" : "");
+		return;
+	}
+	look_left_out(doctor, driver->module);
+	if (left_out.why[0]) {
+		doctor_found(doctor, "start a kernel that has what is missing",
+			     "kernel %s has no module %s: it was left out, as %s",
+			     doctor_kernel(doctor), driver->module, left_out.why);
 		return;
 	}
 	snprintf(mend, sizeof(mend), "sudo dkms autoinstall -k %s && sudo depmod",
