@@ -172,6 +172,20 @@ def test_dkms_and_kbuild_agree():
     assert {(), ('hid-xhc',), ('hid-xhc', 'xy3'), tuple(MODULES)} <= seen
 
 
+def test_clean_goes_where_the_installed_source_has_folders():
+    """The kernel's clean goes into what is off, too; kunit is not installed"""
+    def folders(*variables):
+        done = subprocess.run(
+            ['make', '-s', '-f', '-', *variables],
+            input='include %s/Kbuild\nall:\n\t@echo "$(obj-)+$(obj-m)"\n' % TOP,
+            stdout=subprocess.PIPE, text=True, check=True)
+        off, on = done.stdout.strip().split('+')
+        return {folder.rstrip('/') for folder in off.split()}, on.split()
+
+    assert folders() == (set(MODULES.values()), [])
+    assert folders('KUNIT_TESTS=m') == (set(MODULES.values()), ['kunit/'])
+
+
 def test_what_is_left_out_is_named_with_what_the_kernel_lacks():
     on, _, _ = CASES['own realtime kernel, no IIO']
     with Kernel(on) as kernel:
