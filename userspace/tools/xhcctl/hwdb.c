@@ -94,7 +94,7 @@ int hwdb_remove(const char *path)
 	return CLI_OK;
 }
 
-static int run(char **argv)
+static int run(char *const argv[])
 {
 	int err, status;
 	pid_t child;
@@ -138,7 +138,7 @@ static bool same(const char *one, const char *two)
  */
 static int compile(void)
 {
-	char *update[] = { "systemd-hwdb", "update", NULL };
+	char *const update[] = { "systemd-hwdb", "update", NULL };
 	int status = run(update);
 
 	if (status == CLI_OK && same(HWDB_BIN, HWDB_BIN_OF_DISTRIBUTION))
@@ -147,7 +147,7 @@ static int compile(void)
 }
 
 /* udevd of systemd 252 now and then hangs up on udevadm: ask again. */
-static int ask_udevd(char **argv)
+static int ask_udevd(char *const argv[])
 {
 	int status = CLI_FAILURE;
 
@@ -159,14 +159,14 @@ static int ask_udevd(char **argv)
 /* udevd looks for a new file by itself, but not within three seconds after it has looked last. */
 static int reload(void)
 {
-	char *control[] = { "udevadm", "control", "--reload", NULL };
+	char *const control[] = { "udevadm", "control", "--reload", NULL };
 
 	return ask_udevd(control);
 }
 
 static int settle(void)
 {
-	char *wait[] = { "udevadm", "settle", "--timeout=60", NULL };
+	char *const wait[] = { "udevadm", "settle", "--timeout=60", NULL };
 
 	return ask_udevd(wait);
 }
@@ -209,7 +209,7 @@ static int give_first_codes(const char *node)
  */
 static int apply_to(char *node)
 {
-	char *trigger[] = { "udevadm", "trigger", node, NULL };
+	char *const trigger[] = { "udevadm", "trigger", node, NULL };
 	int status = settle();
 
 	if (status == CLI_OK)
