@@ -22,7 +22,7 @@
 
 /* How long a head may take to be understood at a new rate */
 #define XY3_RESYNC_MS		3000
-/* So many packets prove a new rate: the sync packet alone may still be one of the old rate */
+/* Packets that prove a new rate; a sync packet alone may still be one of the old rate */
 #define XY3_RESYNC_PACKETS	2
 /* Bytes received at the old rate may still be in flight for this long */
 #define XY3_SETTLE_MS		20
@@ -30,15 +30,15 @@
 /* ---- the rate ---- */
 
 /**
- * xy3_rate_close() - is a UART's rate near enough to the one that is wanted
- * @rate: what the UART has made of it, in bit/s
- * @wanted: what it should be, in bit/s
+ * xy3_rate_close() - check whether a UART's rate is close enough to the requested one
+ * @rate: rate that the UART has, in bit/s
+ * @requested: rate that was requested, in bit/s
  *
- * Return: true when they differ by 2.5 percent at most.
+ * Return: true if they differ by 2.5 percent at most.
  */
-bool xy3_rate_close(unsigned int rate, unsigned int wanted)
+bool xy3_rate_close(unsigned int rate, unsigned int requested)
 {
-	return abs((int)(rate - wanted)) <= (int)wanted / 40;
+	return abs((int)(rate - requested)) <= (int)requested / 40;
 }
 
 /**

@@ -270,7 +270,7 @@ void xy3_set_autobaud(struct xy3_head *head, bool on);
 void xy3_rate_init(struct xy3_head *head);
 void xy3_autobaud_start(struct xy3_head *head);
 void xy3_rate_data(struct xy3_head *head);
-bool xy3_rate_close(unsigned int rate, unsigned int wanted);
+bool xy3_rate_close(unsigned int rate, unsigned int requested);
 
 /* xy3-forward.c */
 ssize_t xy3_send_frames(struct xy3_head *head, const u8 *frames, size_t size);

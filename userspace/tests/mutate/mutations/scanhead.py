@@ -80,7 +80,7 @@ MUTATIONS = (
     Mutation('half a packet for a slow reader', 'xy3-tty.c',
              '\tif (tty_buffer_request_room(&line->port, size) < size)\n',
              '\tif (!tty_buffer_request_room(&line->port, size))\n', SIM),
-    Mutation('packets are counted lost when nobody listens', 'xy3-tty.c',
+    Mutation('packets are counted lost without a reader', 'xy3-tty.c',
              '\tif (!READ_ONCE(line->open))\n\t\treturn true;\n',
              '\tif (!READ_ONCE(line->open))\n\t\treturn false;\n', SIM),
 )
