@@ -102,7 +102,7 @@ static uint64_t now_us(void)
 static int record(int fd, FILE *stream, struct limits *limits)
 {
 	struct pollfd poll_fd = { .fd = fd, .events = POLLIN };
-	uint64_t began = 0;
+	uint64_t began = 0, now;
 
 	while (!cli_interrupted() && !limits_reached(limits) && !limits_time_is_up(limits)) {
 		uint8_t data[REPORT_MAX];
@@ -115,9 +115,10 @@ static int record(int fd, FILE *stream, struct limits *limits)
 			continue;
 		if (size < 0)
 			return -errno;
+		now = now_us();
 		if (!began)
-			began = now_us();
-		recording_write_report(stream, now_us() - began, data, size);
+			began = now;
+		recording_write_report(stream, now - began, data, size);
 		if (fflush(stream))
 			return cli_errno(errno, "recording");
 		limits->seen++;
