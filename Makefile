@@ -189,6 +189,7 @@ lint:
 
 mutate:
 	userspace/tests/mutate/mutate
+	userspace/tests/mutate/score
 
 bench:
 	userspace/tests/bench/codec/bench-codec
