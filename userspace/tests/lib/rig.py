@@ -414,8 +414,9 @@ class Case(case.Case):
         assert program.next_packet() == selected(0, 2) + pressed(1) + pressed(2)
         pendant.close_reader()
         go()
-        assert program.rest() == (selected(2, 0) + released(1) + released(2) +
-                                  [('EV_SYN', 'SYN_REPORT', 0)])
+        rest = program.rest()
+        assert rest == (selected(2, 0) + released(1) + released(2) +
+                        [('EV_SYN', 'SYN_REPORT', 0)]), rest
 
     def assert_silent(self, rig):
         """What was sent last makes no event: the next one is that of a turn of the wheel."""
