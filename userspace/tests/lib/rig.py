@@ -151,6 +151,11 @@ class EvdevRecorder:
         except FileNotFoundError:
             return False            # it has just closed another one
 
+    def _sleeps(self):
+        """Whether it waits in read(), and not for a page of its own code, say"""
+        stat = read_file('/proc/%d/stat' % self.program.pid)
+        return stat.rpartition(')')[2].split()[0] == 'S'
+
     def _events(self):
         """(type, code, value) by name of all whole events so far."""
         size = self.EVENT.size
@@ -169,6 +174,7 @@ class EvdevRecorder:
         events = list(self._events())
         at = events.index(('EV_SYN', 'SYN_REPORT', 0))
         self.data = self.data[(at + 1) * self.EVENT.size:]
+        assert wait(self._sleeps), 'cat does not wait for more'
         return events[:at]
 
     def rest(self):
