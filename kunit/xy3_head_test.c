@@ -498,6 +498,18 @@ static void probe_refused_test(struct kunit *test)
 	KUNIT_EXPECT_EQ(test, heads(), 0);
 }
 
+/* A UART that cannot do without a parity bit would give no valid byte */
+static void parity_refused_test(struct kunit *test)
+{
+	struct uart *uart = uart_make(test);
+
+	uart->parity_error = -EINVAL;
+	uart_plug(test, uart, &(struct firmware_text){ });
+	KUNIT_EXPECT_FALSE(test, uart_bound(uart));
+	KUNIT_EXPECT_EQ(test, uart->opened, 0);
+	KUNIT_EXPECT_EQ(test, heads(), 0);
+}
+
 /* Data that come while there is no head yet */
 static void early_data_test(struct kunit *test)
 {
@@ -580,6 +592,7 @@ static struct kunit_case xy3_driver_cases[] = {
 	KUNIT_CASE_PARAM(speed_test, speed_gen_params),
 	KUNIT_CASE(open_error_test),
 	KUNIT_CASE(probe_refused_test),
+	KUNIT_CASE(parity_refused_test),
 	KUNIT_CASE(early_data_test),
 	KUNIT_CASE(remove_in_flow_test),
 	{}

@@ -124,6 +124,7 @@ static struct device_node *firmware_uart(struct kunit *test, const struct firmwa
  * @too_fast: by how many parts in 1000 its rates are off
  * @flow_control: hardware flow control is on
  * @parity: as set last
+ * @parity_error: what set_parity() is answered with
  * @babble: data come before the driver has done its probe
  */
 struct uart {
@@ -137,6 +138,7 @@ struct uart {
 	int too_fast;
 	bool flow_control;
 	enum serdev_parity parity;
+	int parity_error;
 	bool babble;
 };
 
@@ -216,7 +218,11 @@ static void uart_set_flow_control(struct serdev_controller *ctrl, bool on)
 
 static int uart_set_parity(struct serdev_controller *ctrl, enum serdev_parity parity)
 {
-	uart_of(ctrl)->parity = parity;
+	struct uart *uart = uart_of(ctrl);
+
+	if (uart->parity_error)
+		return uart->parity_error;
+	uart->parity = parity;
 	return 0;
 }
 

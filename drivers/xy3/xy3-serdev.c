@@ -72,14 +72,22 @@ static int xy3_serdev_open(struct xy3_serdev *xs)
 	if (err)
 		return err;
 	serdev_device_set_flow_control(xs->serdev, false);
-	serdev_device_set_parity(xs->serdev, SERDEV_PARITY_NONE);
+	err = serdev_device_set_parity(xs->serdev, SERDEV_PARITY_NONE);
+	if (err) {
+		dev_err_probe(&xs->serdev->dev, err, "the UART cannot do without parity\n");
+		goto err_close;
+	}
 	if (!xy3_rate_close(serdev_device_set_baudrate(xs->serdev, rate), rate)) {
-		serdev_device_close(xs->serdev);
-		return dev_err_probe(&xs->serdev->dev, -EINVAL, "the UART cannot do %u bit/s\n",
-				     rate);
+		err = dev_err_probe(&xs->serdev->dev, -EINVAL, "the UART cannot do %u bit/s\n",
+				    rate);
+		goto err_close;
 	}
 	xs->back.rate = rate;
 	return 0;
+
+err_close:
+	serdev_device_close(xs->serdev);
+	return err;
 }
 
 static int xy3_serdev_probe(struct serdev_device *serdev)
