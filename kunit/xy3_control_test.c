@@ -445,6 +445,23 @@ static void byte_order_test(struct kunit *test)
 	EXPECT_SHOWS(test, head, "hours/head", "65536");
 }
 
+/* The byte order of a UART goes with it; one that a user has set stays */
+static void byte_order_of_uart_test(struct kunit *test)
+{
+	struct uart *uart = uart_come(test, &(struct firmware_text){ .big_endian = true });
+	struct xy3_head *head = uart_head(uart);
+
+	forward_come(test);
+	uart_unplug(uart);
+	EXPECT_SHOWS(test, head, "byte_order", "little");
+
+	uart = uart_come(test, NULL);
+	KUNIT_ASSERT_PTR_EQ(test, uart_head(uart), head);
+	KUNIT_EXPECT_EQ(test, store(head, "byte_order", "big"), 0);
+	uart_unplug(uart);
+	EXPECT_SHOWS(test, head, "byte_order", "big");
+}
+
 static void errors_test(struct kunit *test)
 {
 	struct uart *uart = uart_come(test, NULL);
@@ -536,6 +553,7 @@ static struct kunit_case xy3_control_cases[] = {
 	KUNIT_CASE(command_refused_test),
 	KUNIT_CASE(identity_test),
 	KUNIT_CASE(byte_order_test),
+	KUNIT_CASE(byte_order_of_uart_test),
 	KUNIT_CASE(errors_test),
 	KUNIT_CASE(hwmon_test),
 	KUNIT_CASE(counters_test),

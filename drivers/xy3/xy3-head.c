@@ -254,6 +254,12 @@ static struct fwnode_handle *xy3_back_partner(const struct xy3_back *back)
 	return IS_ERR(partner) ? NULL : partner;
 }
 
+/* Firmware says so; else the order is what the user has set */
+static bool xy3_back_big_endian(const struct xy3_back *back)
+{
+	return back->dev && device_property_read_bool(back->dev, "big-endian");
+}
+
 static struct xy3_head *xy3_head_for_back(const struct xy3_back *back)
 {
 	struct xy3_head *head;
@@ -308,7 +314,7 @@ int xy3_back_attach(struct xy3_back *back)
 		WRITE_ONCE(head->rate, back->rate);
 	}
 	scoped_guard(mutex, &head->lock) {
-		if (back->dev && device_property_read_bool(back->dev, "big-endian"))
+		if (xy3_back_big_endian(back))
 			head->order = XY3_BIG_ENDIAN;
 		xy3_autobaud_start(head);
 		queue_work(system_dfl_wq, head->show_rate);
@@ -339,8 +345,11 @@ void xy3_back_detach(struct xy3_back *back)
 		xy3_head_remove(head);
 		return;
 	}
-	scoped_guard(mutex, &head->lock)
+	scoped_guard(mutex, &head->lock) {
+		if (xy3_back_big_endian(back))
+			head->order = XY3_LITTLE_ENDIAN;
 		xy3_telemetry_forget(head);
+	}
 }
 
 /**
