@@ -3,7 +3,7 @@
  * KUnit: the scanhead's driver - heads and their two transports, rates, commands, the serdev
  *
  * xy3.ko is loaded as users load it, with the UARTs of xy3_rig_serdev.h on one side and the
- * forward channels of xy3_rig.h on the other. Line discipline and tty are xy3_tty_test.c's matter.
+ * forward channels of xy3_rig.h on the other. Line discipline and tty have suites of their own.
  */
 
 #include <linux/delay.h>

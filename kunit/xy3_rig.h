@@ -107,7 +107,7 @@ static void expect_calls(struct kunit *test, const struct call *want, unsigned i
 	expect_calls(test, __want, ARRAY_SIZE(__want));				\
 } while (0)
 
-static void expect_no_call(struct kunit *test)
+static inline void expect_no_call(struct kunit *test)
 {
 	expect_calls(test, NULL, 0);
 }
@@ -186,7 +186,7 @@ static struct forward *forward_make(struct kunit *test, struct device_node *np)
 	return forward;
 }
 
-static struct forward *forward_come(struct kunit *test)
+static inline struct forward *forward_come(struct kunit *test)
 {
 	struct forward *forward = forward_make(test, NULL);
 

@@ -149,7 +149,7 @@ static int line_attach(struct line *line)
 	return tty_set_ldisc(line->tty, N_DEVELOPMENT);
 }
 
-static void line_detach(struct line *line)
+static inline void line_detach(struct line *line)
 {
 	tty_set_ldisc(line->tty, N_TTY);
 }
@@ -171,7 +171,7 @@ static void line_push(struct line *line)
 }
 
 /* @flags may be NULL; the driver has had the data when this returns */
-static void line_send(struct kunit *test, struct line *line, const u8 *data, const u8 *flags,
+static inline void line_send(struct kunit *test, struct line *line, const u8 *data, const u8 *flags,
 		      size_t size)
 {
 	size_t taken;
@@ -191,7 +191,7 @@ static void line_send(struct kunit *test, struct line *line, const u8 *data, con
 } while (0)
 
 /* What the speed is then */
-static unsigned int set_speed(struct tty_struct *tty, unsigned int rate)
+static inline unsigned int set_speed(struct tty_struct *tty, unsigned int rate)
 {
 	struct ktermios termios = tty->termios;
 
@@ -300,7 +300,7 @@ static struct tty_struct *reader_come(struct kunit *test, struct xy3_head *head,
 	return tty;
 }
 
-static void expect_read(struct kunit *test, const u8 *want, size_t size)
+static inline void expect_read(struct kunit *test, const u8 *want, size_t size)
 {
 	flush_work(&reader.tty->port->buf.work);
 	KUNIT_EXPECT_EQ(test, reader.size, size);

@@ -89,7 +89,7 @@ DRIVER = Driver(
     sources='drivers/xy3',
     host={'xy3_packet_codec_test': 'xy3_packet', 'xy3_content_codec_test': 'xy3_content',
           'xy3_frame_codec_test': 'xy3_frame'},
-    kernel=('xy3_driver', 'xy3_control', 'xy3_search', 'xy3_tty'),
+    kernel=('xy3_driver', 'xy3_control', 'xy3_search', 'xy3_ldisc', 'xy3_tty', 'xy3_tty_read'),
     sim='head_packets',
     mutations=MUTATIONS,
 )
