@@ -9,6 +9,7 @@
 #include <linux/bitops.h>
 #include <linux/jiffies.h>
 #include <linux/kobject.h>
+#include <linux/lockdep.h>
 #include <linux/string.h>
 #include <linux/sysfs.h>
 
@@ -100,6 +101,7 @@ void xy3_notify_schedule(struct xy3_head *head)
 {
 	unsigned long delay = 0;
 
+	lockdep_assert_held(&head->lock);
 	if (head->gone)
 		return;
 	if (time_before(jiffies, head->events.next))

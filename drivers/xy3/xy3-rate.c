@@ -6,6 +6,7 @@
 #include <linux/delay.h>
 #include <linux/jiffies.h>
 #include <linux/kernel.h>
+#include <linux/lockdep.h>
 #include <linux/math.h>
 
 #include "trace.h"
@@ -60,6 +61,7 @@ void xy3_back_rate_changed(struct xy3_back *back, unsigned int rate)
  */
 void xy3_sync_changed(struct xy3_head *head)
 {
+	lockdep_assert_held(&head->lock);
 	trace_xy3_sync(head->number, head->parser.in_sync, head->parser.dropped_bytes);
 	head->events.sync = true;
 	xy3_notify_schedule(head);
@@ -279,6 +281,7 @@ void xy3_autobaud_start(struct xy3_head *head)
 	struct xy3_autobaud *search = &head->autobaud;
 	unsigned int index = 0;
 
+	lockdep_assert_held(&head->lock);
 	if (!search->on || head->parser.in_sync || head->gone)
 		return;
 	while (xy3_rate(index) && xy3_rate(index) != xy3_get_rate(head))
@@ -307,6 +310,7 @@ static bool xy3_rate_is_wrong(const struct xy3_head *head)
  */
 void xy3_rate_data(struct xy3_head *head)
 {
+	lockdep_assert_held(&head->lock);
 	wake_up_all(&head->resync);
 	/* a search does not stay at a wrong one */
 	if (xy3_rate_is_wrong(head) && !head->gone)

@@ -4,6 +4,7 @@
  */
 
 #include <linux/bitops.h>
+#include <linux/lockdep.h>
 #include <linux/string.h>
 
 #include "xy3.h"
@@ -71,6 +72,7 @@ void xy3_telemetry_packet(struct xy3_head *head, const struct xy3_packet *packet
 	struct xy3_telemetry *now = &head->telemetry;
 	u32 thermometers = head->events.thermometers;
 
+	lockdep_assert_held(&head->lock);
 	switch (packet->type) {
 	case XY3_PACKET_VENDOR:
 		xy3_update_text(head, XY3_VENDOR, packet);
@@ -111,6 +113,7 @@ void xy3_telemetry_packet(struct xy3_head *head, const struct xy3_packet *packet
  */
 void xy3_telemetry_forget_numbers(struct xy3_head *head)
 {
+	lockdep_assert_held(&head->lock);
 	head->telemetry.temperatures = 0;
 	head->telemetry.hour_counts = 0;
 	head->telemetry.frame_error_counts = 0;
@@ -124,6 +127,7 @@ void xy3_telemetry_forget(struct xy3_head *head)
 {
 	struct xy3_telemetry *now = &head->telemetry;
 
+	lockdep_assert_held(&head->lock);
 	head->events.sync |= head->parser.in_sync;
 	xy3_parse_lost(&head->parser, 0);
 	xy3_set_errors(head, 0, NULL);

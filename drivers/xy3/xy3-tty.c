@@ -8,6 +8,7 @@
 
 #include <linux/bitmap.h>
 #include <linux/err.h>
+#include <linux/lockdep.h>
 #include <linux/slab.h>
 #include <linux/tty.h>
 #include <linux/tty_driver.h>
@@ -311,6 +312,7 @@ bool xy3_tty_put(struct xy3_head *head, const u8 *packet, size_t size)
 {
 	struct xy3_line *line = xy3_lines[head->number];
 
+	lockdep_assert_held(&head->lock);
 	if (!READ_ONCE(line->open))
 		return true;
 	if (tty_buffer_request_room(&line->port, size) < size)
