@@ -19,8 +19,8 @@
 #include "xhc-codec.h"
 
 /*
- * Display frame, cut into chunks of seven bytes, each sent as feature report 06h; the
- * unused tail of the last chunk is zero. All numbers are little-endian:
+ * Display frame of HB03 and HB04, cut into chunks of seven bytes, each sent as feature report
+ * 06h; the unused tail of the last chunk is zero. All numbers are little-endian:
  *
  *   FE FD  day  6 x { integer, fraction }  4 x number  step  state
  *    2      1        2     1 or 2              2        1     1
@@ -36,37 +36,21 @@
 static_assert(XHC_FRAME_SIZE(1) == 31 && XHC_FRAME_CHUNKS(1) == 5);
 static_assert(XHC_FRAME_SIZE(2) == XHC_PAYLOAD_MAX && XHC_FRAME_CHUNKS(2) == XHC_CHUNKS_MAX);
 
-static const struct xhc_model xhc_models[] = {
-	{
-		.name = "HB03",
-		.product = XHC_PRODUCT_HB03,
-		.decimals = 2,
-		.fraction_size = 1,
-		.payload_size = XHC_FRAME_SIZE(1),
-		.chunks = XHC_FRAME_CHUNKS(1),
-		.named_states = XHC_STATE_RUN | XHC_STATE_PAUSE,
-		.selector = {
-			{ 0x11, XHC_SEL_X }, { 0x12, XHC_SEL_Y }, { 0x13, XHC_SEL_Z },
-			{ 0x18, XHC_SEL_A },
-			{ 0x14, XHC_SEL_FEED }, { 0x15, XHC_SEL_SPINDLE },
-		},
-	},
-	{
-		.name = "HB04",
-		.product = XHC_PRODUCT_HB04,
-		.decimals = 4,
-		.fraction_size = 2,
-		.payload_size = XHC_FRAME_SIZE(2),
-		.chunks = XHC_FRAME_CHUNKS(2),
-		.named_states = XHC_STATE_RUN | XHC_STATE_PAUSE | XHC_STATE_INCH,
-		.selector = {
-			{ 0x11, XHC_SEL_X }, { 0x12, XHC_SEL_Y }, { 0x13, XHC_SEL_Z },
-			{ 0x18, XHC_SEL_A },
-			/* the other way round in the document, but not in real units */
-			{ 0x15, XHC_SEL_FEED }, { 0x14, XHC_SEL_SPINDLE },
-		},
-	},
-};
+/*
+ * Display frame of WHB04B, cut and sent likewise:
+ *
+ *   FE FD  seed  flags  3 x { integer, fraction }  feed override  spindle override  00
+ *    2      1      1           2        2                2                2          1
+ *
+ * flags: bits 0..1 mode, bit 6 RESET, bit 7 work coordinates; the others are not known and sent
+ * as 0. Rows are as the positions of HB04, the overrides are percentages. The check byte of the
+ * input reports is proven for this seed only.
+ */
+#define XHC_WHB_SEED		0xfe
+#define XHC_WHB_FRAME_SIZE	(2 + 1 + 1 + XHC_ROWS * (2 + 2) + 2 * 2 + 1)
+#define XHC_WHB_FRAME_CHUNKS	DIV_ROUND_UP(XHC_WHB_FRAME_SIZE, XHC_CHUNK_PAYLOAD)
+
+static_assert(XHC_WHB_FRAME_SIZE == 21 && XHC_WHB_FRAME_CHUNKS == 3);
 
 /* the multiplier of each step code; 0Bh exists, its meaning is not known */
 static const u16 xhc_steps[] = { 0, 1, 5, 10, 20, 30, 40, 50, 100, 500, 1000 };
@@ -80,125 +64,79 @@ static const struct {
 	{ XHC_STATE_INCH, "inch" },
 };
 
-/**
- * xhc_model_find() - find a model by its USB product id
- * @product: USB product id
- *
- * Return: a row of the table of models, or NULL.
- */
-const struct xhc_model *xhc_model_find(u32 product)
+/* Return: the position of a rotary switch at @code, 0 if the table does not have it */
+static u8 xhc_rotary_position(const struct xhc_rotary_code *table, size_t rows, u8 code)
 {
-	for (size_t i = 0; i < ARRAY_SIZE(xhc_models); i++)
-		if (xhc_models[i].product == product)
-			return &xhc_models[i];
-	return NULL;
+	for (size_t i = 0; i < rows; i++)
+		if (table[i].code && table[i].code == code)
+			return table[i].position;
+	return 0;
 }
 
 static bool xhc_decode_selector(const struct xhc_model *model, u8 code, bool swap_feed_spindle,
 				u8 *position)
 {
-	*position = XHC_SEL_OFF;
-	if (code == 0)
-		return true;
-
-	for (size_t i = 0; i < ARRAY_SIZE(model->selector); i++) {
-		if (model->selector[i].code == code) {
-			*position = model->selector[i].position;
-			break;
-		}
-	}
+	*position = xhc_rotary_position(model->selector, ARRAY_SIZE(model->selector), code);
 
 	if (swap_feed_spindle && *position == XHC_SEL_FEED)
 		*position = XHC_SEL_SPINDLE;
 	else if (swap_feed_spindle && *position == XHC_SEL_SPINDLE)
 		*position = XHC_SEL_FEED;
 
-	return *position != XHC_SEL_OFF;
+	return *position != XHC_SEL_OFF || !code || code == model->selector_off;
 }
 
-/**
- * xhc_decode_report() - decode an input report
- * @model: the pendant's model
- * @data: the report with its id
- * @size: bytes in @data
- * @swap_feed_spindle: the unit has the codes of feed and spindle exchanged
- * @in: content of the report; untouched on error
- *
- * Return: 0, or -EINVAL for a report of another size or id.
- */
-int xhc_decode_report(const struct xhc_model *model, const u8 *data, size_t size,
-		      bool swap_feed_spindle, struct xhc_input_state *in)
+static void xhc_hb_decode(const struct xhc_model *model, const u8 *data, bool swap_feed_spindle,
+			  struct xhc_input_state *in)
 {
 	const struct xhc_input_report *report = (const void *)data;
-
-	if (size != sizeof(*report) || report->id != XHC_INPUT_ID)
-		return -EINVAL;
 
 	for (size_t i = 0; i < XHC_KEY_SLOTS; i++)
 		in->key[i] = report->key[i];
 	in->selector_ok = xhc_decode_selector(model, report->selector, swap_feed_spindle,
 					      &in->selector);
 	in->selector_code = report->selector;
+	in->feed = XHC_FEED_UNKNOWN;
+	in->feed_code = 0;
+	in->feed_ok = true;
 	in->wheel = report->wheel;
 	in->day = report->day_xor ^ report->key[0];
 	/* an idle pendant with the selector off still sends its day, which is never 0 */
-	in->asleep = !memchr_inv(data + 1, 0, size - 1);
-	return 0;
+	in->asleep = !memchr_inv(data + 1, 0, sizeof(*report) - 1);
 }
 
-/**
- * xhc_report_matches() - check whether a report returns a day
- * @model: the pendant's model
- * @data: a report that xhc_decode_report() has accepted
- * @day: the day
- *
- * Return: true if a pendant that was sent @day last sends this report.
- */
-bool xhc_report_matches(const struct xhc_model *model, const u8 *data, u8 day)
+static void xhc_whb_decode(const struct xhc_model *model, const u8 *data,
+			   bool swap_feed_spindle, struct xhc_input_state *in)
+{
+	const struct xhc_whb_report *report = (const void *)data;
+
+	for (size_t i = 0; i < XHC_KEY_SLOTS; i++)
+		in->key[i] = report->key[i];
+	in->selector_ok = xhc_decode_selector(model, report->selector, swap_feed_spindle,
+					      &in->selector);
+	in->selector_code = report->selector;
+	in->feed = xhc_rotary_position(model->feed, ARRAY_SIZE(model->feed), report->feed);
+	in->feed_code = report->feed;
+	in->feed_ok = in->feed != XHC_FEED_UNKNOWN || !report->feed;
+	in->wheel = report->wheel;
+	in->day = 0;
+	in->asleep = !report->feed && !report->selector && !report->key[0] && !report->key[1];
+}
+
+static bool xhc_hb_matches(const u8 *data, u8 seed)
 {
 	const struct xhc_input_report *report = (const void *)data;
 
-	return report->day_xor == (day ^ report->key[0]);
+	return report->day_xor == (seed ^ report->key[0]);
 }
 
-static bool xhc_key_in(u8 code, const u8 keys[XHC_KEY_SLOTS])
+static bool xhc_whb_matches(const u8 *data, u8 seed)
 {
-	return code == keys[0] || code == keys[1];
-}
+	const struct xhc_whb_report *report = (const void *)data;
+	u8 inverse = ~report->random;
+	u8 sum = inverse + report->key[0];
 
-/* The keys of @from that are not in @other, each once */
-static unsigned int xhc_keys_only_in(const u8 from[XHC_KEY_SLOTS], const u8 other[XHC_KEY_SLOTS],
-				     bool down, struct xhc_key_change *change)
-{
-	unsigned int n = 0;
-
-	for (size_t i = 0; i < XHC_KEY_SLOTS; i++) {
-		if (!from[i] || xhc_key_in(from[i], other))
-			continue;
-		if (i > 0 && from[i] == from[0])
-			continue;
-		change[n++] = (struct xhc_key_change){ .code = from[i], .down = down };
-	}
-	return n;
-}
-
-/**
- * xhc_key_changes() - find the keys that went up or down between two reports
- * @was: scan codes in the slots before, 0 for an empty one
- * @now: scan codes in the slots now
- * @change: the changes, releases first
- *
- * A key is down while its code is in either slot. Codes are compared, not slots: a pendant
- * may move a key from one slot to the other.
- *
- * Return: number of changes.
- */
-unsigned int xhc_key_changes(const u8 was[XHC_KEY_SLOTS], const u8 now[XHC_KEY_SLOTS],
-			     struct xhc_key_change change[XHC_KEY_CHANGES_MAX])
-{
-	unsigned int n = xhc_keys_only_in(was, now, false, change);
-
-	return n + xhc_keys_only_in(now, was, true, change + n);
+	return report->check == (sum ^ (seed | inverse));
 }
 
 static u32 xhc_pow10(unsigned int n)
@@ -242,20 +180,26 @@ static int xhc_encode_position(const struct xhc_model *model, s32 units, u8 *p)
 	return 0;
 }
 
-/**
- * xhc_encode_payload() - encode the payload of a display frame
- * @model: the pendant's model
- * @display: values to be shown
- * @payload: @model->payload_size bytes are written
- *
- * Return: bytes written, or with @payload of no use: -EINVAL when the day is none of
- * 1..31 (with day 0 a pendant that sleeps looks like one that is idle), -ERANGE when a
- * position's integer part has no room in 16 bits.
- */
-int xhc_encode_payload(const struct xhc_model *model, const struct xhc_display *display,
-		       u8 payload[XHC_PAYLOAD_MAX])
+/* Return: bytes written, or -ERANGE */
+static int xhc_encode_positions(const struct xhc_model *model, const struct xhc_display *display,
+				u8 *p)
+{
+	size_t size = 2 + model->fraction_size;
+
+	for (size_t i = 0; i < model->positions; i++) {
+		int err = xhc_encode_position(model, display->position[i], p + i * size);
+
+		if (err)
+			return err;
+	}
+	return model->positions * size;
+}
+
+static int xhc_hb_encode(const struct xhc_model *model, const struct xhc_display *display,
+			 u8 *payload)
 {
 	u8 *p = payload;
+	int size;
 
 	if (display->day < 1 || display->day > XHC_DAY_MAX)
 		return -EINVAL;
@@ -263,13 +207,10 @@ int xhc_encode_payload(const struct xhc_model *model, const struct xhc_display *
 	*p++ = XHC_MAGIC_0;
 	*p++ = XHC_MAGIC_1;
 	*p++ = display->day;
-	for (size_t i = 0; i < XHC_POSITIONS; i++) {
-		int err = xhc_encode_position(model, display->position[i], p);
-
-		if (err)
-			return err;
-		p += 2 + model->fraction_size;
-	}
+	size = xhc_encode_positions(model, display, p);
+	if (size < 0)
+		return size;
+	p += size;
 	for (size_t i = 0; i < XHC_NUMBERS; i++) {
 		put_unaligned_le16(display->number[i], p);
 		p += 2;
@@ -277,6 +218,207 @@ int xhc_encode_payload(const struct xhc_model *model, const struct xhc_display *
 	*p++ = FIELD_PREP(XHC_STEP_ICON, display->icon) | FIELD_PREP(XHC_STEP_CODE, display->step);
 	*p++ = display->state;
 	return p - payload;
+}
+
+static int xhc_whb_encode(const struct xhc_model *model, const struct xhc_display *display,
+			  u8 *payload)
+{
+	u8 *p = payload;
+	int size;
+
+	*p++ = XHC_MAGIC_0;
+	*p++ = XHC_MAGIC_1;
+	*p++ = model->seed;
+	*p++ = FIELD_PREP(XHC_FLAG_MODE, display->mode) |
+	       FIELD_PREP(XHC_FLAG_RESET, display->reset) |
+	       FIELD_PREP(XHC_FLAG_WORK, display->work);
+	size = xhc_encode_positions(model, display, p);
+	if (size < 0)
+		return size;
+	p += size;
+	put_unaligned_le16(display->number[XHC_FEEDRATE_OVERRIDE], p);
+	put_unaligned_le16(display->number[XHC_SPINDLE_OVERRIDE], p + 2);
+	p[4] = 0;
+	return p + 5 - payload;
+}
+
+static const struct xhc_model xhc_models[] = {
+	{
+		.name = "HB03",
+		.product = XHC_PRODUCT_HB03,
+		.report_size = sizeof(struct xhc_input_report),
+		.key_max = XHC_KEY_MAX,
+		.decimals = 2,
+		.fraction_size = 1,
+		.positions = XHC_POSITIONS,
+		.payload_size = XHC_FRAME_SIZE(1),
+		.chunks = XHC_FRAME_CHUNKS(1),
+		.named_states = XHC_STATE_RUN | XHC_STATE_PAUSE,
+		.selector_max = XHC_SEL_SPINDLE,
+		.selector = {
+			{ 0x11, XHC_SEL_X }, { 0x12, XHC_SEL_Y }, { 0x13, XHC_SEL_Z },
+			{ 0x18, XHC_SEL_A },
+			{ 0x14, XHC_SEL_FEED }, { 0x15, XHC_SEL_SPINDLE },
+		},
+		.decode = xhc_hb_decode,
+		.matches = xhc_hb_matches,
+		.encode = xhc_hb_encode,
+	},
+	{
+		.name = "HB04",
+		.product = XHC_PRODUCT_HB04,
+		.report_size = sizeof(struct xhc_input_report),
+		.key_max = XHC_KEY_MAX,
+		.decimals = 4,
+		.fraction_size = 2,
+		.positions = XHC_POSITIONS,
+		.payload_size = XHC_FRAME_SIZE(2),
+		.chunks = XHC_FRAME_CHUNKS(2),
+		.named_states = XHC_STATE_RUN | XHC_STATE_PAUSE | XHC_STATE_INCH,
+		.selector_max = XHC_SEL_SPINDLE,
+		.selector = {
+			{ 0x11, XHC_SEL_X }, { 0x12, XHC_SEL_Y }, { 0x13, XHC_SEL_Z },
+			{ 0x18, XHC_SEL_A },
+			/* the other way round in the document, but not in real units */
+			{ 0x15, XHC_SEL_FEED }, { 0x14, XHC_SEL_SPINDLE },
+		},
+		.decode = xhc_hb_decode,
+		.matches = xhc_hb_matches,
+		.encode = xhc_hb_encode,
+	},
+	{
+		.name = "WHB04B",
+		.product = XHC_PRODUCT_WHB04B,
+		.report_size = sizeof(struct xhc_whb_report),
+		.key_max = 0x10,
+		.decimals = 4,
+		.fraction_size = 2,
+		.positions = XHC_ROWS,
+		.rows = true,
+		.payload_size = XHC_WHB_FRAME_SIZE,
+		.chunks = XHC_WHB_FRAME_CHUNKS,
+		.seed = XHC_WHB_SEED,
+		.streams = true,
+		.trailing_report = true,
+		.selector_off = 0x06,
+		.selector_max = XHC_SEL_C,
+		.selector = {
+			{ 0x11, XHC_SEL_X }, { 0x12, XHC_SEL_Y }, { 0x13, XHC_SEL_Z },
+			{ 0x14, XHC_SEL_A }, { 0x15, XHC_SEL_B }, { 0x16, XHC_SEL_C },
+		},
+		.feed = {
+			{ 0x0d, XHC_FEED_2 }, { 0x0e, XHC_FEED_5 }, { 0x0f, XHC_FEED_10 },
+			{ 0x10, XHC_FEED_30 }, { 0x1a, XHC_FEED_60 }, { 0x1b, XHC_FEED_100 },
+			/* by unit */
+			{ 0x1c, XHC_FEED_LEAD }, { 0x9b, XHC_FEED_LEAD },
+		},
+		.decode = xhc_whb_decode,
+		.matches = xhc_whb_matches,
+		.encode = xhc_whb_encode,
+	},
+};
+
+/**
+ * xhc_model_find() - find a model by its USB product id
+ * @product: USB product id
+ *
+ * Return: a row of the table of models, or NULL.
+ */
+const struct xhc_model *xhc_model_find(u32 product)
+{
+	for (size_t i = 0; i < ARRAY_SIZE(xhc_models); i++)
+		if (xhc_models[i].product == product)
+			return &xhc_models[i];
+	return NULL;
+}
+
+/**
+ * xhc_decode_report() - decode an input report
+ * @model: the pendant's model
+ * @data: the report with its id
+ * @size: bytes in @data
+ * @swap_feed_spindle: the unit has the codes of feed and spindle exchanged
+ * @in: content of the report; untouched on error
+ *
+ * Return: 0, or -EINVAL for a report of another size or id.
+ */
+int xhc_decode_report(const struct xhc_model *model, const u8 *data, size_t size,
+		      bool swap_feed_spindle, struct xhc_input_state *in)
+{
+	if (size != model->report_size || data[0] != XHC_INPUT_ID)
+		return -EINVAL;
+
+	model->decode(model, data, swap_feed_spindle, in);
+	return 0;
+}
+
+/**
+ * xhc_report_matches() - check whether a report is made with a seed
+ * @model: the pendant's model
+ * @data: a report that xhc_decode_report() has accepted
+ * @seed: byte 2 of a display frame: the day, or the model's seed
+ *
+ * Return: true if a pendant that was sent @seed last sends this report.
+ */
+bool xhc_report_matches(const struct xhc_model *model, const u8 *data, u8 seed)
+{
+	return model->matches(data, seed);
+}
+
+/**
+ * xhc_encode_payload() - encode the payload of a display frame
+ * @model: the pendant's model
+ * @display: values to be shown
+ * @payload: @model->payload_size bytes are written
+ *
+ * Return: bytes written, or with @payload of no use: -EINVAL when the frame has a day and that
+ * is none of 1..31 (with day 0 a pendant that sleeps looks like one that is idle), -ERANGE when
+ * a position's integer part has no room in 16 bits.
+ */
+int xhc_encode_payload(const struct xhc_model *model, const struct xhc_display *display,
+		       u8 payload[XHC_PAYLOAD_MAX])
+{
+	return model->encode(model, display, payload);
+}
+
+static bool xhc_key_in(u8 code, const u8 keys[XHC_KEY_SLOTS])
+{
+	return code == keys[0] || code == keys[1];
+}
+
+/* The keys of @from that are not in @other, each once */
+static unsigned int xhc_keys_only_in(const u8 from[XHC_KEY_SLOTS], const u8 other[XHC_KEY_SLOTS],
+				     bool down, struct xhc_key_change *change)
+{
+	unsigned int n = 0;
+
+	for (size_t i = 0; i < XHC_KEY_SLOTS; i++) {
+		if (!from[i] || xhc_key_in(from[i], other))
+			continue;
+		if (i > 0 && from[i] == from[0])
+			continue;
+		change[n++] = (struct xhc_key_change){ .code = from[i], .down = down };
+	}
+	return n;
+}
+
+/**
+ * xhc_key_changes() - find the keys that went up or down between two reports
+ * @was: scan codes in the slots before, 0 for an empty one
+ * @now: scan codes in the slots now
+ * @change: the changes, releases first
+ *
+ * A key is down while its code is in either slot. Codes are compared, not slots: a pendant
+ * may move a key from one slot to the other.
+ *
+ * Return: number of changes.
+ */
+unsigned int xhc_key_changes(const u8 was[XHC_KEY_SLOTS], const u8 now[XHC_KEY_SLOTS],
+			     struct xhc_key_change change[XHC_KEY_CHANGES_MAX])
+{
+	unsigned int n = xhc_keys_only_in(was, now, false, change);
+
+	return n + xhc_keys_only_in(now, was, true, change + n);
 }
 
 /**

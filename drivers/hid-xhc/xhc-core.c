@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * XHC pendant (HB03, HB04): the HID driver
+ * XHC pendant (HB03, HB04, WHB04B): the HID driver
  *
  * A hand-held jog wheel with keys, a selector and a display, for CNC machines. Reports
  * become evdev events, and the display is written through sysfs; hidraw stays available.
@@ -71,6 +71,8 @@ static int xhc_raw_event(struct hid_device *hdev, struct hid_report *report, u8 
 		xhc_count(xhc, XHC_BAD_REPORTS);
 		return 0;
 	}
+	if (xhc_input_trailing(xhc, &in))
+		return 0;
 	if (!in.asleep && !xhc_dro_report(xhc, data, in.day))
 		xhc_count(xhc, XHC_XOR_MISMATCHES);
 
@@ -84,14 +86,14 @@ static int xhc_raw_event(struct hid_device *hdev, struct hid_report *report, u8 
  * Refuse a device whose descriptor lacks the two reports that the driver relies on. The sizes are
  * compared in bits: hid_validate_values() counts values, whatever their size.
  */
-static int xhc_check_reports(struct hid_device *hdev)
+static int xhc_check_reports(struct hid_device *hdev, const struct xhc_model *model)
 {
 	const struct hid_report *input =
 		hdev->report_enum[HID_INPUT_REPORT].report_id_hash[XHC_INPUT_ID];
 	struct hid_report *feature =
 		hdev->report_enum[HID_FEATURE_REPORT].report_id_hash[XHC_FEATURE_ID];
 
-	if (input && input->size == 8 * (sizeof(struct xhc_input_report) - 1) &&
+	if (input && input->size == 8 * (model->report_size - 1) &&
 	    feature && feature->size >= 8 * XHC_CHUNK_PAYLOAD)
 		return 0;
 
@@ -142,7 +144,7 @@ static int xhc_probe(struct hid_device *hdev, const struct hid_device_id *id)
 	err = hid_parse(hdev);
 	if (err)
 		return err;
-	err = xhc_check_reports(hdev);
+	err = xhc_check_reports(hdev, xhc->model);
 	if (err)
 		return err;
 	err = xhc_dro_init(xhc);
@@ -186,8 +188,9 @@ err_sysfs:
 err_pm:
 	unregister_pm_notifier(&xhc->pm_nb);
 err_io:
-	/* reports start the display's worker, so they are stopped first */
+	/* reports start a timer and the display's worker, so they are stopped first */
 	hid_device_io_stop(hdev);
+	xhc_input_stop(xhc);
 	xhc_dro_stop(xhc);
 	hid_hw_close(hdev);
 err_power:
@@ -236,6 +239,7 @@ static int xhc_resume(struct hid_device *hdev)
 static const struct hid_device_id xhc_devices[] = {
 	{ HID_USB_DEVICE(XHC_VENDOR_ID, XHC_PRODUCT_HB03), .driver_data = XHC_PRODUCT_HB03 },
 	{ HID_USB_DEVICE(XHC_VENDOR_ID, XHC_PRODUCT_HB04), .driver_data = XHC_PRODUCT_HB04 },
+	{ HID_USB_DEVICE(XHC_VENDOR_ID, XHC_PRODUCT_WHB04B), .driver_data = XHC_PRODUCT_WHB04B },
 	{ }
 };
 MODULE_DEVICE_TABLE(hid, xhc_devices);
@@ -253,6 +257,6 @@ static struct hid_driver xhc_driver = {
 module_hid_driver(xhc_driver);
 
 MODULE_AUTHOR("xhc-xy3 developers");
-MODULE_DESCRIPTION("XHC HB03 and HB04 pendants: jog wheel, keys, selector and display");
+MODULE_DESCRIPTION("XHC HB03, HB04 and WHB04B pendants: jog wheel, keys, selector and display");
 MODULE_LICENSE("GPL");
 MODULE_VERSION("0.1.0");

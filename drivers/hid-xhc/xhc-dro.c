@@ -128,11 +128,11 @@ static int xhc_dro_frame(struct xhc_device *xhc, const struct xhc_display *displ
 		return 0;
 
 	dro->shown_size = 0;
-	WRITE_ONCE(dro->day_on_its_way, display->day);
+	WRITE_ONCE(dro->seed_on_its_way, payload[XHC_SEED_AT]);
 	WRITE_ONCE(dro->sending, true);
 	err = xhc_dro_send(xhc, payload, size);
 	if (!err)
-		WRITE_ONCE(dro->day, display->day);
+		WRITE_ONCE(dro->seed, payload[XHC_SEED_AT]);
 	WRITE_ONCE(dro->sending, false);
 	trace_xhc_frame(xhc->hdev, payload, size, err);
 	if (err) {
@@ -189,7 +189,7 @@ static void xhc_dro_work(struct work_struct *work)
 		return;
 	if (err || dro->changed || !list_empty(&dro->flushes))
 		xhc_dro_schedule_frame(dro);
-	if (!dro->want.day)
+	if (!dro->want.day && !xhc->model->seed)
 		hrtimer_start(&dro->midnight, xhc_midnight(), HRTIMER_MODE_ABS);
 }
 
@@ -262,42 +262,48 @@ void xhc_dro_lost(struct xhc_device *xhc)
 }
 
 /**
- * xhc_dro_report() - check whether a report returns the day that the pendant was sent
+ * xhc_dro_report() - check whether a report is made with the seed that the pendant was sent
  * @xhc: the pendant
  * @data: the report
- * @day: the day that it returns
+ * @day: the day that it returns, if the seed is the day
  *
- * While a frame is on its way it is not known which of two days is the right one. Otherwise
+ * While a frame is on its way it is not known which of two seeds is the right one. Otherwise
  * a pendant that returns another day than before, and not the one that it was sent, has been
  * reset or has had a frame from another writer: it is sent one. If it goes on so, and has been
  * seen to return the right day, the frame was lost on the radio: it is sent another one each
  * second. There are clones that never return the day.
  *
+ * A check byte differs from report to report, and which seed it is made of cannot be told: all
+ * wrong ones count as the same.
+ *
  * Context: any, but one report at a time.
  *
- * Return: true if it is the day of the last frame that was taken or of one that is on its way.
+ * Return: true if it is the seed of the last frame that was taken or of one that is on its way.
  */
 bool xhc_dro_report(struct xhc_device *xhc, const u8 *data, u8 day)
 {
 	const struct xhc_model *model = xhc->model;
 	struct xhc_dro *dro = &xhc->dro;
-	u8 sent = READ_ONCE(dro->day);
+	u8 sent = READ_ONCE(dro->seed);
 	ktime_t now = ktime_get();
 	bool match = xhc_report_matches(model, data, sent) ||
-		     xhc_report_matches(model, data, READ_ONCE(dro->day_on_its_way));
+		     xhc_report_matches(model, data, READ_ONCE(dro->seed_on_its_way));
+	u8 returned = day;
 
 	if (!sent || READ_ONCE(dro->sending))
 		return match;
 
+	if (model->seed)
+		returned = match ? model->seed : 0;
 	if (match) {
-		dro->returns_day = true;
+		dro->returns_seed = true;
 		dro->answered = now;
-	} else if (day != dro->returned ||
-		   (dro->returns_day && ktime_ms_delta(now, dro->answered) >= XHC_RETRY_MS)) {
+	} else if (returned != dro->returned ||
+		   (dro->returns_seed && ktime_ms_delta(now, dro->answered) >= XHC_RETRY_MS)) {
 		dro->answered = now;
 		xhc_dro_lost(xhc);
 	}
-	dro->returned = day;
+	dro->returned = returned;
 	return match;
 }
 

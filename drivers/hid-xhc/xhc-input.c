@@ -2,16 +2,19 @@
 /*
  * XHC pendant: keys, selector and wheel as an input device
  *
- * Each report becomes one SYN_REPORT, in the order selector, keys, wheel. A jog key or a
- * selector that stays down when the pendant is gone moves an axis: the report of a pendant
- * that falls asleep releases all of them, and xhc_input_release() does on suspend and removal.
+ * Each report becomes one SYN_REPORT, in the order selector, second rotary switch, keys,
+ * wheel. A jog key or a selector that stays down when the pendant is gone moves an axis: the
+ * report of a pendant that falls asleep releases all of them, and xhc_input_release() does on
+ * suspend, on removal and when reports that stream stop.
  */
 
 #include <linux/hid.h>
 #include <linux/input.h>
+#include <linux/jiffies.h>
 #include <linux/lockdep.h>
 #include <linux/string.h>
 #include <linux/sysfs.h>
+#include <linux/timer.h>
 
 #include "xhc.h"
 
@@ -20,6 +23,12 @@
  * of the wheel makes two events: a reader that is busy for a second loses no detent.
  */
 #define XHC_EVENTS_HINT		128
+
+/*
+ * A WHB04B sends reports all the time while an axis is chosen, so that the loss of its radio is
+ * seen then. How often it sends is not known; this is long for any rate.
+ */
+#define XHC_SILENCE_MS		1000
 
 static u16 xhc_keycode(const struct xhc_evdev *evdev, unsigned int scan)
 {
@@ -31,12 +40,12 @@ static u16 xhc_keycode(const struct xhc_evdev *evdev, unsigned int scan)
  * its next press means, and the release ends what the press began.
  */
 static void xhc_new_keycodes(const struct xhc_evdev *evdev, const struct xhc_input_state *in,
-			     u16 keycode[XHC_KEY_SLOTS])
+			     u8 key_max, u16 keycode[XHC_KEY_SLOTS])
 {
 	for (size_t i = 0; i < XHC_KEY_SLOTS; i++) {
 		u8 code = in->key[i];
 
-		if (!code || code > XHC_KEY_MAX)
+		if (!code || code > key_max)
 			keycode[i] = KEY_RESERVED;
 		else if (code == evdev->last.key[0])
 			keycode[i] = evdev->keycode[0];
@@ -72,7 +81,7 @@ static void xhc_emit_selector(struct xhc_evdev *evdev, const struct xhc_input_st
 
 /* Return: number of keys that went down with a scan code outside the known range */
 static unsigned int xhc_emit_keys(struct xhc_evdev *evdev, const struct xhc_input_state *in,
-				  const u16 was[XHC_KEY_SLOTS])
+				  u8 key_max, const u16 was[XHC_KEY_SLOTS])
 {
 	struct xhc_key_change change[XHC_KEY_CHANGES_MAX];
 	unsigned int n = xhc_key_changes(evdev->last.key, in->key, change);
@@ -81,7 +90,7 @@ static unsigned int xhc_emit_keys(struct xhc_evdev *evdev, const struct xhc_inpu
 	for (unsigned int i = 0; i < n; i++) {
 		const u8 *key = change[i].down ? in->key : evdev->last.key;
 		const u16 *keycode = change[i].down ? evdev->keycode : was;
-		bool known = change[i].code <= XHC_KEY_MAX;
+		bool known = change[i].code <= key_max;
 
 		if (known || change[i].down)
 			input_event(evdev->dev, EV_MSC, MSC_SCAN, change[i].code);
@@ -94,22 +103,27 @@ static unsigned int xhc_emit_keys(struct xhc_evdev *evdev, const struct xhc_inpu
 }
 
 /* Return: number of codes in the report that the model does not know */
-static unsigned int xhc_emit_all(struct xhc_evdev *evdev, const struct xhc_input_state *in)
+static unsigned int xhc_emit_all(struct xhc_device *xhc, const struct xhc_input_state *in)
 {
+	const struct xhc_model *model = xhc->model;
+	struct xhc_evdev *evdev = &xhc->evdev;
 	unsigned int unknown = !in->selector_ok && in->selector_code != evdev->last.selector_code;
 	u16 selector_was = evdev->selector_keycode;
 	u16 was[XHC_KEY_SLOTS], now[XHC_KEY_SLOTS];
 
 	lockdep_assert_held(&evdev->lock);
 
-	xhc_new_keycodes(evdev, in, now);
+	xhc_new_keycodes(evdev, in, model->key_max, now);
 	memcpy(was, evdev->keycode, sizeof(was));
 	memcpy(evdev->keycode, now, sizeof(now));
 	evdev->selector_keycode = in->selector ?
 		xhc_keycode(evdev, XHC_SCAN_SELECTOR + in->selector) : KEY_RESERVED;
 
 	xhc_emit_selector(evdev, in, selector_was);
-	unknown += xhc_emit_keys(evdev, in, was);
+	/* dropped by the input core for a model without it */
+	input_report_abs(evdev->dev, ABS_THROTTLE, in->feed);
+	unknown += !in->feed_ok && in->feed_code != evdev->last.feed_code;
+	unknown += xhc_emit_keys(evdev, in, model->key_max, was);
 	if (in->wheel)
 		input_report_rel(evdev->dev, REL_DIAL, in->wheel);
 	input_sync(evdev->dev);
@@ -119,11 +133,11 @@ static unsigned int xhc_emit_all(struct xhc_evdev *evdev, const struct xhc_input
 }
 
 /* All keys up, selector off */
-static void xhc_input_release(struct xhc_evdev *evdev)
+static void xhc_input_release(struct xhc_device *xhc)
 {
-	static const struct xhc_input_state released = { .selector_ok = true };
+	static const struct xhc_input_state released = { .selector_ok = true, .feed_ok = true };
 
-	xhc_emit_all(evdev, &released);
+	xhc_emit_all(xhc, &released);
 }
 
 /* Return: true if it has changed */
@@ -137,6 +151,51 @@ static bool xhc_set_awake(struct xhc_evdev *evdev, bool awake)
 	if (evdev->awake_node)
 		sysfs_notify_dirent(evdev->awake_node);
 	return true;
+}
+
+/* Has the report nothing new, and is an axis chosen? */
+static bool xhc_is_streamed(const struct xhc_evdev *evdev, const struct xhc_input_state *in)
+{
+	const struct xhc_input_state *last = &evdev->last;
+
+	return in->selector && !in->wheel && in->selector == last->selector &&
+	       in->feed == last->feed && !memcmp(in->key, last->key, sizeof(in->key));
+}
+
+/* Reports have streamed, and none has come for a while although an axis is chosen */
+static void xhc_input_silence(struct timer_list *timer)
+{
+	struct xhc_evdev *evdev = container_of(timer, struct xhc_evdev, silence);
+	struct xhc_device *xhc = container_of(evdev, struct xhc_device, evdev);
+
+	guard(spinlock_irqsave)(&evdev->lock);
+	if (!evdev->running || !evdev->last.selector || timer_pending(&evdev->silence))
+		return;
+
+	xhc_input_release(xhc);
+	xhc_set_awake(evdev, false);
+}
+
+/**
+ * xhc_input_trailing() - check for the report without a meaning that follows that of sleep
+ * @xhc: the pendant
+ * @in: the decoded report
+ *
+ * What it holds is not known: it must neither press a key nor choose an axis.
+ *
+ * Context: any, the report may come from an interrupt.
+ *
+ * Return: true if @in is that report.
+ */
+bool xhc_input_trailing(struct xhc_device *xhc, const struct xhc_input_state *in)
+{
+	struct xhc_evdev *evdev = &xhc->evdev;
+	bool trailing;
+
+	guard(spinlock_irqsave)(&evdev->lock);
+	trailing = evdev->trailing;
+	evdev->trailing = xhc->model->trailing_report && in->asleep && !trailing;
+	return trailing;
 }
 
 /**
@@ -161,7 +220,11 @@ bool xhc_input_emit(struct xhc_device *xhc, const struct xhc_input_state *in)
 	if (!evdev->running)
 		return false;
 
-	unknown = xhc_emit_all(evdev, in);
+	evdev->streams |= xhc->model->streams && xhc_is_streamed(evdev, in);
+	if (evdev->streams && in->selector)
+		mod_timer(&evdev->silence, jiffies + msecs_to_jiffies(XHC_SILENCE_MS));
+
+	unknown = xhc_emit_all(xhc, in);
 	atomic64_add(unknown, &xhc->stat[XHC_UNKNOWN_KEYS]);
 	return xhc_set_awake(evdev, !in->asleep) && !in->asleep;
 }
@@ -179,31 +242,41 @@ void xhc_input_start(struct xhc_device *xhc)
 /**
  * xhc_input_stop() - release all keys and the selector, and ignore further reports
  * @xhc: the pendant
+ *
+ * Context: sleeps.
  */
 void xhc_input_stop(struct xhc_device *xhc)
 {
 	struct xhc_evdev *evdev = &xhc->evdev;
 
-	guard(spinlock_irqsave)(&evdev->lock);
-	evdev->running = false;
-	xhc_input_release(evdev);
-	xhc_set_awake(evdev, false);
+	scoped_guard(spinlock_irqsave, &evdev->lock) {
+		evdev->running = false;
+		evdev->trailing = false;
+		evdev->streams = false;
+		xhc_input_release(xhc);
+		xhc_set_awake(evdev, false);
+	}
+	timer_delete_sync(&evdev->silence);
 }
 
-static void xhc_init_keymap(struct xhc_evdev *evdev)
+static void xhc_init_keymap(struct xhc_evdev *evdev, const struct xhc_model *model)
 {
 	struct input_dev *dev = evdev->dev;
 
-	for (unsigned int code = 1; code <= XHC_KEY_MAX; code++)
+	for (unsigned int code = 1; code <= model->key_max; code++)
 		evdev->keymap[code] = BTN_TRIGGER_HAPPY1 + code - 1;
-	for (unsigned int position = 1; position < XHC_SEL_COUNT; position++)
-		evdev->keymap[XHC_SCAN_SELECTOR + position] =
-			BTN_TRIGGER_HAPPY31 + position - 1;
+	for (size_t i = 0; i < ARRAY_SIZE(model->selector); i++) {
+		u8 position = model->selector[i].position;
+
+		if (position != XHC_SEL_OFF)
+			evdev->keymap[XHC_SCAN_SELECTOR + position] =
+				BTN_TRIGGER_HAPPY31 + position - 1;
+	}
 
 	dev->keycode = evdev->keymap;
 	dev->keycodesize = sizeof(evdev->keymap[0]);
-	dev->keycodemax = ARRAY_SIZE(evdev->keymap);
-	for (unsigned int scan = 0; scan < XHC_SCAN_COUNT; scan++)
+	dev->keycodemax = XHC_SCAN_SELECTOR + model->selector_max + 1;
+	for (unsigned int scan = 0; scan < dev->keycodemax; scan++)
 		if (evdev->keymap[scan] != KEY_RESERVED)
 			input_set_capability(dev, EV_KEY, evdev->keymap[scan]);
 }
@@ -216,11 +289,13 @@ static void xhc_init_keymap(struct xhc_evdev *evdev)
  */
 int xhc_input_init(struct xhc_device *xhc)
 {
+	const struct xhc_model *model = xhc->model;
 	struct xhc_evdev *evdev = &xhc->evdev;
 	struct hid_device *hdev = xhc->hdev;
 	struct input_dev *dev;
 
 	spin_lock_init(&evdev->lock);
+	timer_setup(&evdev->silence, xhc_input_silence, 0);
 
 	dev = devm_input_allocate_device(&hdev->dev);
 	if (!dev)
@@ -228,7 +303,7 @@ int xhc_input_init(struct xhc_device *xhc)
 	evdev->dev = dev;
 
 	dev->name = devm_kasprintf(&hdev->dev, GFP_KERNEL, "XHC %s Pendant",
-				   xhc->model->name);
+				   model->name);
 	if (!dev->name)
 		return -ENOMEM;
 	dev->phys = hdev->phys;
@@ -240,10 +315,12 @@ int xhc_input_init(struct xhc_device *xhc)
 
 	/* or events of reports before the registration would be kept and delivered after it */
 	__set_bit(EV_SYN, dev->evbit);
-	xhc_init_keymap(evdev);
+	xhc_init_keymap(evdev, model);
 	input_set_capability(dev, EV_MSC, MSC_SCAN);
 	input_set_capability(dev, EV_REL, REL_DIAL);
-	input_set_abs_params(dev, ABS_MISC, XHC_SEL_OFF, XHC_SEL_COUNT - 1, 0, 0);
+	input_set_abs_params(dev, ABS_MISC, XHC_SEL_OFF, model->selector_max, 0, 0);
+	if (model->feed[0].code)
+		input_set_abs_params(dev, ABS_THROTTLE, XHC_FEED_UNKNOWN, XHC_FEED_LEAD, 0, 0);
 	input_set_events_per_packet(dev, XHC_EVENTS_HINT);
 
 	return 0;

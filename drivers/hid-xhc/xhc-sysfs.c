@@ -74,6 +74,9 @@ XHC_ATTR_RW(work_z, axis_show, axis_store, XHC_WORK_Z);
 XHC_ATTR_RW(machine_x, axis_show, axis_store, XHC_MACHINE_X);
 XHC_ATTR_RW(machine_y, axis_show, axis_store, XHC_MACHINE_Y);
 XHC_ATTR_RW(machine_z, axis_show, axis_store, XHC_MACHINE_Z);
+XHC_ATTR_RW(row1, axis_show, axis_store, XHC_ROW_1);
+XHC_ATTR_RW(row2, axis_show, axis_store, XHC_ROW_2);
+XHC_ATTR_RW(row3, axis_show, axis_store, XHC_ROW_3);
 
 static ssize_t position_show(struct device *dev, struct device_attribute *attr, char *buf)
 {
@@ -81,7 +84,7 @@ static ssize_t position_show(struct device *dev, struct device_attribute *attr, 
 	ssize_t len = 0;
 
 	guard(mutex)(&xhc->dro.lock);
-	for (unsigned int i = 0; i < XHC_POSITIONS; i++) {
+	for (unsigned int i = 0; i < xhc->model->positions; i++) {
 		char text[XHC_POSITION_TEXT];
 
 		xhc_format_position(xhc->dro.want.position[i], text, sizeof(text));
@@ -102,7 +105,7 @@ static ssize_t position_store(struct device *dev, struct device_attribute *attr,
 		return -ENOMEM;
 
 	rest = strim(text);
-	for (unsigned int i = 0; i < XHC_POSITIONS; i++) {
+	for (unsigned int i = 0; i < xhc->model->positions; i++) {
 		char *word = strsep(&rest, " \t");
 		int err;
 
@@ -118,11 +121,12 @@ static ssize_t position_store(struct device *dev, struct device_attribute *attr,
 		return -EINVAL;
 
 	guard(mutex)(&xhc->dro.lock);
-	memcpy(xhc->dro.want.position, units, sizeof(units));
+	memcpy(xhc->dro.want.position, units, xhc->model->positions * sizeof(units[0]));
 	xhc_dro_changed(xhc);
 	return count;
 }
 static DEVICE_ATTR_RW(position);
+XHC_ATTR_RW(rows, position_show, position_store, 0);
 
 static ssize_t number_show(struct device *dev, struct device_attribute *attr, char *buf)
 {
@@ -276,6 +280,88 @@ static ssize_t day_store(struct device *dev, struct device_attribute *attr,
 }
 static DEVICE_ATTR_RW(day);
 
+static const char * const xhc_modes[XHC_MODES] = {
+	[XHC_MODE_CONTINUOUS] = "continuous",
+	[XHC_MODE_STEP] = "step",
+	[XHC_MODE_MPG] = "mpg",
+	[XHC_MODE_PERCENT] = "percent",
+};
+
+static ssize_t mode_show(struct device *dev, struct device_attribute *attr, char *buf)
+{
+	struct xhc_device *xhc = dev_get_drvdata(dev);
+
+	guard(mutex)(&xhc->dro.lock);
+	return sysfs_emit(buf, "%s\n", xhc_modes[xhc->dro.want.mode]);
+}
+
+static ssize_t mode_store(struct device *dev, struct device_attribute *attr,
+			  const char *buf, size_t count)
+{
+	struct xhc_device *xhc = dev_get_drvdata(dev);
+	int mode = sysfs_match_string(xhc_modes, buf);
+
+	if (mode < 0)
+		return mode;
+
+	guard(mutex)(&xhc->dro.lock);
+	xhc->dro.want.mode = mode;
+	xhc_dro_changed(xhc);
+	return count;
+}
+static DEVICE_ATTR_RW(mode);
+
+static const char * const xhc_coordinates[] = { "machine", "work" };
+
+static ssize_t coordinates_show(struct device *dev, struct device_attribute *attr, char *buf)
+{
+	struct xhc_device *xhc = dev_get_drvdata(dev);
+
+	guard(mutex)(&xhc->dro.lock);
+	return sysfs_emit(buf, "%s\n", xhc_coordinates[xhc->dro.want.work]);
+}
+
+static ssize_t coordinates_store(struct device *dev, struct device_attribute *attr,
+				 const char *buf, size_t count)
+{
+	struct xhc_device *xhc = dev_get_drvdata(dev);
+	int work = sysfs_match_string(xhc_coordinates, buf);
+
+	if (work < 0)
+		return work;
+
+	guard(mutex)(&xhc->dro.lock);
+	xhc->dro.want.work = work;
+	xhc_dro_changed(xhc);
+	return count;
+}
+static DEVICE_ATTR_RW(coordinates);
+
+static ssize_t reset_show(struct device *dev, struct device_attribute *attr, char *buf)
+{
+	struct xhc_device *xhc = dev_get_drvdata(dev);
+
+	guard(mutex)(&xhc->dro.lock);
+	return sysfs_emit(buf, "%d\n", xhc->dro.want.reset);
+}
+
+static ssize_t reset_store(struct device *dev, struct device_attribute *attr,
+			   const char *buf, size_t count)
+{
+	struct xhc_device *xhc = dev_get_drvdata(dev);
+	int err, reset;
+
+	err = xhc_parse_number(buf, 0, 1, &reset);
+	if (err)
+		return err;
+
+	guard(mutex)(&xhc->dro.lock);
+	xhc->dro.want.reset = reset;
+	xhc_dro_changed(xhc);
+	return count;
+}
+static DEVICE_ATTR_RW(reset);
+
 static ssize_t refresh_ms_show(struct device *dev, struct device_attribute *attr, char *buf)
 {
 	struct xhc_device *xhc = dev_get_drvdata(dev);
@@ -327,14 +413,59 @@ static struct attribute *xhc_dro_attrs[] = {
 	&dev_attr_icon.attr,
 	&dev_attr_state.attr,
 	&dev_attr_day.attr,
+	&xhc_attr_row1.attr.attr,
+	&xhc_attr_row2.attr.attr,
+	&xhc_attr_row3.attr.attr,
+	&xhc_attr_rows.attr.attr,
+	&dev_attr_mode.attr,
+	&dev_attr_coordinates.attr,
+	&dev_attr_reset.attr,
 	&dev_attr_refresh_ms.attr,
 	&dev_attr_flush.attr,
 	NULL
 };
 
+/* What the displays of all models show, or what is about the transfer */
+static const struct attribute * const xhc_common_attrs[] = {
+	&xhc_attr_feedrate_override.attr.attr,
+	&xhc_attr_spindle_override.attr.attr,
+	&dev_attr_refresh_ms.attr,
+	&dev_attr_flush.attr,
+};
+
+/* What only a display with rows shows */
+static const struct attribute * const xhc_rows_attrs[] = {
+	&xhc_attr_row1.attr.attr,
+	&xhc_attr_row2.attr.attr,
+	&xhc_attr_row3.attr.attr,
+	&xhc_attr_rows.attr.attr,
+	&dev_attr_mode.attr,
+	&dev_attr_coordinates.attr,
+	&dev_attr_reset.attr,
+};
+
+static bool xhc_attr_in(const struct attribute * const *attrs, size_t n,
+			const struct attribute *attr)
+{
+	for (size_t i = 0; i < n; i++)
+		if (attrs[i] == attr)
+			return true;
+	return false;
+}
+
+static umode_t xhc_dro_is_visible(struct kobject *kobj, struct attribute *attr, int n)
+{
+	struct xhc_device *xhc = dev_get_drvdata(kobj_to_dev(kobj));
+	bool of_rows = xhc_attr_in(xhc_rows_attrs, ARRAY_SIZE(xhc_rows_attrs), attr);
+	bool common = xhc_attr_in(xhc_common_attrs, ARRAY_SIZE(xhc_common_attrs), attr);
+
+	return common || of_rows == xhc->model->rows ? attr->mode : 0;
+}
+
 static const struct attribute_group xhc_dro_group = {
 	.name = "dro",
 	.attrs = xhc_dro_attrs,
+	.is_visible = xhc_dro_is_visible,
 };
 
 static ssize_t stat_show(struct device *dev, struct device_attribute *attr, char *buf)
@@ -414,8 +545,19 @@ static struct attribute *xhc_attrs[] = {
 	NULL
 };
 
+/* A model with axes B and C has no feed and spindle to swap */
+static umode_t xhc_is_visible(struct kobject *kobj, struct attribute *attr, int n)
+{
+	struct xhc_device *xhc = dev_get_drvdata(kobj_to_dev(kobj));
+
+	if (attr == &dev_attr_swap_feed_spindle.attr && xhc->model->rows)
+		return 0;
+	return attr->mode;
+}
+
 static const struct attribute_group xhc_group = {
 	.attrs = xhc_attrs,
+	.is_visible = xhc_is_visible,
 };
 
 static const struct attribute_group *xhc_groups[] = {

@@ -18,6 +18,7 @@
 #include <linux/mutex.h>
 #include <linux/notifier.h>
 #include <linux/spinlock.h>
+#include <linux/timer.h>
 #include <linux/workqueue.h>
 
 #include "xhc-codec.h"
@@ -29,7 +30,7 @@ struct kernfs_node;
  * enum xhc_stat - the counters of stats/
  * @XHC_REPORTS: input reports received, good and bad
  * @XHC_BAD_REPORTS: reports of another size or id, which are dropped
- * @XHC_XOR_MISMATCHES: byte 5 was not the day last sent XOR key 1
+ * @XHC_XOR_MISMATCHES: the last byte was not made with the day or seed last sent
  * @XHC_UNKNOWN_KEYS: key or selector codes that the model does not know, once as they appear
  * @XHC_FRAMES_SENT: display frames that the pendant has taken
  * @XHC_FRAME_ERRORS: display frames that it has not taken, or not whole
@@ -46,8 +47,8 @@ enum xhc_stat {
 };
 
 /*
- * Scan codes of the keymap: 01h..17h are the pendant's keys. The six one-hot buttons of
- * the selector have 20h + enum xhc_selector, so that they can be remapped as well.
+ * Scan codes of the keymap: 01h..17h are the pendant's keys. The one-hot buttons of the
+ * selector have 20h + enum xhc_selector, so that they can be remapped as well.
  */
 #define XHC_SCAN_SELECTOR	0x20
 #define XHC_SCAN_COUNT		(XHC_SCAN_SELECTOR + XHC_SEL_COUNT)
@@ -57,6 +58,9 @@ enum xhc_stat {
  * @dev: the input device
  * @lock: protects all but @keymap, and keeps the events of one report together
  * @running: false while suspended or going away: reports are not turned into events
+ * @trailing: the next report follows that of sleep and has no meaning
+ * @streams: reports have been seen to stream while an axis is chosen
+ * @silence: releases all when they stop
  * @awake: the last report was not the sleep report
  * @awake_node: the attribute that shows @awake, NULL while there is none
  * @last: what was reported last
@@ -68,6 +72,9 @@ struct xhc_evdev {
 	struct input_dev *dev;
 	spinlock_t lock;	/* all but @keymap, and the order of events */
 	bool running;
+	bool trailing;
+	bool streams;
+	struct timer_list silence;
 	bool awake;
 	struct kernfs_node *awake_node;
 	struct xhc_input_state last;
@@ -97,12 +104,12 @@ struct xhc_evdev {
  * @failing: worker only: the last frame was not taken, and that is in the log
  * @sending: a frame is on its way, read without a lock
  * @lost: what the pendant shows is not known, set without a lock and cleared by the worker
- * @day: day of the last frame that the pendant has taken, read without a lock
- * @day_on_its_way: day of the last frame that was begun, read likewise; the same as @day unless
- *		    that frame is still on its way or was not taken
- * @returned: reports only: the day that the last report returned, -1 before the first
- * @returns_day: reports only: a report has returned the day that the pendant was sent
- * @answered: reports only: when a report last returned the right day, or made a frame be sent
+ * @seed: of the last frame that the pendant has taken, read without a lock; 0 before the first
+ * @seed_on_its_way: of the last frame that was begun, read likewise; the same as @seed unless
+ *		     that frame is still on its way or was not taken
+ * @returned: reports only: the seed that the last report returned, -1 before the first
+ * @returns_seed: reports only: a report has returned the seed that the pendant was sent
+ * @answered: reports only: when a report last returned the right seed, or made a frame be sent
  */
 struct xhc_dro {
 	struct mutex lock;	/* all up to @flushes */
@@ -121,11 +128,11 @@ struct xhc_dro {
 	bool failing;
 	bool sending;
 	bool lost;
-	u8 day;
-	u8 day_on_its_way;
+	u8 seed;
+	u8 seed_on_its_way;
 
 	int returned;
-	bool returns_day;
+	bool returns_seed;
 	ktime_t answered;
 };
 
@@ -160,6 +167,7 @@ int xhc_send_report(struct xhc_device *xhc, u8 report[XHC_CHUNK_SIZE]);
 /* xhc-input.c */
 int xhc_input_init(struct xhc_device *xhc);
 int xhc_input_register(struct xhc_device *xhc);
+bool xhc_input_trailing(struct xhc_device *xhc, const struct xhc_input_state *in);
 bool xhc_input_emit(struct xhc_device *xhc, const struct xhc_input_state *in);
 void xhc_input_start(struct xhc_device *xhc);
 void xhc_input_stop(struct xhc_device *xhc);

@@ -3,4 +3,4 @@
 
 from xhc_sim import models
 
-MODELS = {name: models.MODELS[name] for name in ('HB03', 'HB04')}
+MODELS = {name: models.MODELS[name] for name in ('HB03', 'HB04', 'WHB04B')}

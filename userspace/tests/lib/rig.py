@@ -28,6 +28,7 @@ sys.path.insert(0, os.path.join(HERE, '..', '..', 'xhc-sim'))
 
 from xhc_sim import find  # noqa: E402
 from xhc_sim.lcd import COORDINATES, NUMBERS, normal_number  # noqa: E402
+from xhc_sim import whb04b  # noqa: E402
 from xhc_sim.uhid import UhidPendant  # noqa: E402
 from xhc_sim.usb import UsbPendant  # noqa: E402
 
@@ -46,10 +47,14 @@ if IN_DISTRO:
 PATIENCE = 60 if IN_DISTRO else 30
 PAUSE = 0.05 if IN_DISTRO else 0.01     # between two looks, which slow down what is waited for
 
-# what the LCD shows
+# what the LCD shows, of the HB03 and HB04 and of the WHB04B
 DISPLAYED = (*COORDINATES, *NUMBERS, 'step', 'icon', 'state', 'day')
+DISPLAYED_WHB04B = (*whb04b.ROWS, *whb04b.NUMBERS, 'mode', 'coordinates', 'reset')
+DECIMAL = COORDINATES + whb04b.ROWS
 KEY = ['BTN_TRIGGER_HAPPY%d' % number for number in range(41)]
-POSITIONS = ['off', 'X', 'Y', 'Z', 'A', 'feed', 'spindle']
+POSITIONS = ['off', 'X', 'Y', 'Z', 'A', 'feed', 'spindle', 'B', 'C']
+# By name of the model
+LAST_KEY = {'HB03': 0x17, 'HB04': 0x17, 'WHB04B': 0x10}
 
 
 def wait(condition, timeout=PATIENCE):
@@ -198,7 +203,8 @@ class Rig:
         self.event_node = None
         self.hidraw_node = None
         self.frames_before = 0      # frames of the device before the driver began to count
-        self.held = (0, 0, 0)       # keys and selector of the last report
+        self.held = (0, 0, None)    # keys and selector of the last report
+        self.random = 0             # byte 1 of the next report of a WHB04B
 
     # --- coming and going -----------------------------------------------------------------
 
@@ -324,12 +330,17 @@ class Rig:
         if self.device.lcd is None:
             return None
         value = str(self.device.lcd.as_dict()[name])
-        return normal_number(value) if name in COORDINATES else value
+        return normal_number(value) if name in DECIMAL else value
 
     def shows(self, name, value, timeout=PATIENCE):
         """Waits until the LCD shows it; -> whether it does"""
         return self.device.wait_for(
             lambda: self.device.lcd and self.device.lcd.as_dict()[name] == value, timeout)
+
+    @property
+    def displayed(self):
+        """Names of the attributes that the LCD shows"""
+        return DISPLAYED_WHB04B if self.device.model.feed else DISPLAYED
 
     def settle(self):
         """Waits until the driver has nothing to send; -> how many frames have come in all
@@ -342,10 +353,10 @@ class Rig:
     def _settled(self):
         if self._frames_sent() != self.device.frame_count:
             return False
-        wanted = {name: self.get(name) for name in DISPLAYED}
-        if wanted['day'] == 'auto':
+        wanted = {name: self.get(name) for name in self.displayed}
+        if wanted.get('day') == 'auto':
             wanted['day'] = str(time.gmtime().tm_mday)
-        return wanted == {name: self.shown(name) for name in DISPLAYED}
+        return wanted == {name: self.shown(name) for name in self.displayed}
 
     def no_more_frames(self, count, seconds=0.5):
         """Whether `count` frames have come, and no other one in this time."""
@@ -353,15 +364,33 @@ class Rig:
 
     # --- pendant --------------------------------------------------------------------------
 
-    def report(self, key1=0, key2=0, selector=0, wheel=0, day=None):
-        """One good input report, with the day of the last frame unless another is given."""
-        day = self.device.pendant.day if day is None else day
+    def report(self, key1=0, key2=0, selector=None, wheel=0, day=None, feed=0):
+        """One good input report, with the day or seed of the last frame unless another is given.
+
+        Without a selector it is off. Without `feed`, the second rotary of a WHB04B, that is 0, not
+        known, as in no report of a real one but that of sleep; so there is no event of it.
+        """
+        device = self.device
         self.held = (key1, key2, selector)
-        self.device.report(bytes([4, key1, key2, selector, wheel & 0xFF, day ^ key1]))
+        if selector is None:
+            selector = device.model.selector['off']
+        if not device.model.feed:
+            day = device.pendant.day if day is None else day
+            device.report(bytes([4, key1, key2, selector, wheel & 0xFF, day ^ key1]))
+            return
+        seed = device.pendant.seed if day is None else day
+        self.random = (self.random + 0x3B) & 0xFF
+        device.report(bytes([4, self.random, key1, key2, feed, selector, wheel & 0xFF,
+                             whb04b.check_byte(self.random, key1, seed)]))
 
     def asleep(self):
-        self.held = (0, 0, 0)
-        self.device.report(bytes([4, 0, 0, 0, 0, 0]))
+        """The report of sleep, with the one that follows it on a WHB04B."""
+        if self.device.model.feed:
+            for _ in range(2):
+                self.report(selector=0)
+        else:
+            self.device.report(bytes([4, 0, 0, 0, 0, 0]))
+        self.held = (0, 0, None)
 
     def packet(self, timeout=PATIENCE):
         return self.reader.packet(timeout)

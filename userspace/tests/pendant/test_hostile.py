@@ -78,13 +78,13 @@ class TestDescriptors(Case):
                 self.refused(bytes(changed))
         self.plug()
 
-    @pytest.mark.parametrize('product', [0xEA6A, 0xEB73, 0xEB6D, 0xEB71, 0xEB93, 0x0000], ids=hex)
+    @pytest.mark.parametrize('product', [0xEA6A, 0xEB73, 0xEB6D, 0xEB71, 0xEB91, 0x0000], ids=hex)
     def test_ids_of_others_are_left_alone(self, product):
         assert self.refused(REPORT_DESCRIPTOR, product)
 
     @pytest.mark.parametrize('model', MODELS)
     def test_ids_of_ours_are_taken(self, model):
-        assert not self.refused(REPORT_DESCRIPTOR, MODELS[model].product)
+        assert not self.refused(MODELS[model].report_descriptor, MODELS[model].product)
 
 
 class TestReports(Case):

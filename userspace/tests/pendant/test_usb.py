@@ -26,7 +26,7 @@ def usb_device(path):
 
 
 class TestIdentity(Case):
-    def test_both_models(self):
+    def test_every_model(self):
         for model in MODELS.values():
             with row(model.name):
                 pendant = self.plug_usb(model.name)
@@ -42,13 +42,14 @@ class TestIdentity(Case):
                 pendant.unplug()
 
     def test_endpoint(self):
-        pendant = self.plug_usb()
-        interface = os.path.dirname(pendant.path)
-        endpoints = [name for name in os.listdir(interface) if name.startswith('ep_')]
-        assert endpoints == ['ep_81']
-        for name, text in (('wMaxPacketSize', '0040'), ('type', 'Interrupt'),
-                           ('bInterval', '02')):
-            assert read_file(os.path.join(interface, 'ep_81', name)) == text + '\n'
+        for model, size in (('HB04', '0040'), ('WHB04B', '0008')):
+            pendant = self.plug_usb(model)
+            interface = os.path.dirname(pendant.path)
+            endpoints = [name for name in os.listdir(interface) if name.startswith('ep_')]
+            assert endpoints == ['ep_81']
+            for name, text in (('wMaxPacketSize', size), ('type', 'Interrupt'),
+                               ('bInterval', '02')):
+                assert read_file(os.path.join(interface, 'ep_81', name)) == text + '\n'
 
     def test_modalias(self):
         pendant = self.plug_usb()
@@ -83,10 +84,15 @@ class TestEvents(Case):
 
 class TestDisplay(Case):
     def test_wire(self):
-        """Six requests, in order, each as the protocol has it."""
+        """All parts of a frame, in order, each as the protocol has it."""
         for model in MODELS.values():
             pendant = self.plug_usb(model.name)
-            pendant.set('position', '1 2 3 4 5 6')
+            if model.feed:
+                pendant.set('rows', '1 2 3')
+                start = b'\xfe\x00\x01\x00'
+            else:
+                pendant.set('position', '1 2 3 4 5 6')
+                start = bytes([time.gmtime().tm_mday, 1, 0])
             pendant.settle()
             known = len(pendant.device.set_reports)
             pendant.flush()
@@ -94,9 +100,7 @@ class TestDisplay(Case):
             assert [(r.wvalue, r.windex, len(r.data), r.data[0]) for r in sent] == \
                              [(0x0306, 0, 8, 6)] * model.chunks
             frame = b''.join(r.data[1:] for r in sent)
-            assert frame[:2] == b'\xfe\xfd'
-            assert frame[2] == time.gmtime().tm_mday
-            assert frame[3:5] == b'\x01\x00'
+            assert frame.startswith(b'\xfe\xfd' + start)
             assert not any(frame[model.frame_size:])
             setups = [s for s in pendant.device.requests if (s[0], s[1]) == SET_REPORT]
             assert {s[2:] for s in setups} == {bytes.fromhex('0603 0000 0800')}
