@@ -107,11 +107,14 @@ static unsigned int xhc_emit_all(struct xhc_device *xhc, const struct xhc_input_
 {
 	const struct xhc_model *model = xhc->model;
 	struct xhc_evdev *evdev = &xhc->evdev;
-	unsigned int unknown = !in->selector_ok && in->selector_code != evdev->last.selector_code;
 	u16 selector_was = evdev->selector_keycode;
 	u16 was[XHC_KEY_SLOTS], now[XHC_KEY_SLOTS];
+	unsigned int unknown;
 
 	lockdep_assert_held(&evdev->lock);
+
+	unknown = !in->selector_ok && in->selector_code != evdev->last.selector_code;
+	unknown += !in->feed_ok && in->feed_code != evdev->last.feed_code;
 
 	xhc_new_keycodes(evdev, in, model->key_max, now);
 	memcpy(was, evdev->keycode, sizeof(was));
@@ -122,7 +125,6 @@ static unsigned int xhc_emit_all(struct xhc_device *xhc, const struct xhc_input_
 	xhc_emit_selector(evdev, in, selector_was);
 	/* dropped by the input core for a model without it */
 	input_report_abs(evdev->dev, ABS_THROTTLE, in->feed);
-	unknown += !in->feed_ok && in->feed_code != evdev->last.feed_code;
 	unknown += xhc_emit_keys(evdev, in, model->key_max, was);
 	if (in->wheel)
 		input_report_rel(evdev->dev, REL_DIAL, in->wheel);
