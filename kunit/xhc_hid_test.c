@@ -902,7 +902,8 @@ static void whb_probe_test(struct kunit *test)
 		bool has = button <= 16 || (button >= 31 && button <= 34) ||
 			   button == 37 || button == 38;
 
-		KUNIT_EXPECT_EQ_MSG(test, !!test_bit(code, input->keybit), has, "button %u", button);
+		KUNIT_EXPECT_EQ_MSG(test, !!test_bit(code, input->keybit), has, "button %u",
+				    button);
 	}
 	KUNIT_EXPECT_MEMEQ(test, pendant->chunk[0], first, sizeof(first));
 	whb_no_more_frames(test, pendant, 1);

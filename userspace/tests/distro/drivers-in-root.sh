@@ -48,6 +48,7 @@ built_for() {
 	for driver in "${drivers[@]}"; do
 		in_root modinfo -k "$kernel" "$driver"
 	done
+	leads_to hid:b0003g0001v000010CEp0000EB93 hid_xhc "$kernel"
 	leads_to hid:b0003g0001v000010CEp0000EB70 hid_xhc "$kernel"
 	leads_to tty-ldisc-29 xy3 "$kernel"
 	leads_to 'of:NbackchannelT(null)Clasia,xy3-100-backchannel' xy3 "$kernel"

@@ -67,18 +67,23 @@ class GadgetPendant(UsbDevice):
         fcntl.ioctl(self._fd, INIT, struct.pack('128s128sB', b'dummy_udc',
                                                 self.controller.encode(), FULL_SPEED))
         fcntl.ioctl(self._fd, RUN)
+        self.power_on()
         self.plugged = True
         self._thread = threading.Thread(target=self._serve, daemon=True)
         self._thread.start()
+        self.start_stream()
 
     def unplug(self):
-        """The gadget goes when the file is closed, and that is not before the thread is out."""
+        """The gadget goes when the file is closed, and that is not before the threads are out."""
         if not self.plugged:
             return
-        self.plugged = False
-        while self._thread.is_alive():
-            signal.pthread_kill(self._thread.ident, WAKE)
-            self._thread.join(0.05)
+        with self.changed:
+            self.plugged = False
+            self.changed.notify_all()
+        for thread in filter(None, (self._thread, self._streamer)):
+            while thread.is_alive():
+                signal.pthread_kill(thread.ident, WAKE)
+                thread.join(0.05)
         os.close(self._fd)
 
     detach = unplug
