@@ -28,7 +28,8 @@ OWN_ENTRY = ETC + '/hwdb.d/62-own.hwdb'
 OWN_KEYS = {0x01: 'power', 0x02: 'power2', 0x03: 'sleep', 0x04: 'suspend', 0x05: 'a',
             0x06: 'leftctrl', 0x07: 'capslock', 0x08: 'numlock', 0x09: 'mute', 0x0A: 'playpause',
             0x17: 'restart'}
-CHOICES = {'default': 'HB04', 'hb03': 'HB03', 'hb04-16': 'HB04', 'hb04-18': 'HB04', 'own': 'HB04'}
+CHOICES = {'default': 'HB04', 'hb03': 'HB03', 'hb04-16': 'HB04', 'hb04-18': 'HB04', 'own': 'HB04',
+           'whb04b': 'WHB04B'}
 
 
 @pytest.fixture(scope='module', autouse=True)
@@ -163,7 +164,7 @@ def codes_of(name):
     with open(os.path.join(LAYOUTS, name + '.layout'), encoding='ascii') as file:
         rows = [line.rstrip('\n').split('\t') for line in file]
     return {**FIRST_CODES, **{int(row[0], 16): ecodes.ecodes[row[2]] for row in rows
-                              if len(row) == 3 and row[2] != '-'}}
+                              if len(row) > 2 and row[2] != '-'}}
 
 
 def layout_property(pendant):

@@ -65,6 +65,8 @@ class TestWords(Case):
                       ['set', 'work=1'], ['set', 'flush=1'], ['set', 'step_available=1'],
                       ['set', 'step=1', 'step=1'], ['set', 'work_x=1', 'position=1 2 3 4 5 6'],
                       ['set', 'position=1 2 3 4 5 6', 'machine_z=1'],
+                      ['set', 'rows=1 2 3', 'row2=1'], ['set', 'row3=1', 'rows=1 2 3'],
+                      ['set', 'row4=1'], ['set', 'mode=step', 'mode=mpg'],
                       ['monitor', '--count=0'], ['monitor', '--count=-1'],
                       ['monitor', '--count=x'], ['monitor', '--count=1x'],
                       ['monitor', '--count=99999999999999999999'], ['monitor', '--timeout=0'],
@@ -104,19 +106,36 @@ class TestLayouts(Case):
 
     def test_list(self):
         names = sorted(name.removesuffix('.layout') for name in os.listdir(LAYOUTS))
-        assert names == ['hb03', 'hb04-16', 'hb04-18']
+        assert names == ['hb03', 'hb04-16', 'hb04-18', 'whb04b']
         for words in ([], ['list']):
             lines = run('layout', *words).out.splitlines()
             assert [line.split()[0] for line in lines] == ['NAME'] + names
         listed = run('layout', '--json').json()[0]['layouts']
         assert [(one['name'], one['keys']) for one in listed] == \
-                         [('hb03', 18), ('hb04-16', 16), ('hb04-18', 18)]
+                         [('hb03', 18), ('hb04-16', 16), ('hb04-18', 18), ('whb04b', 16)]
 
     def test_captions_are_those_of_the_virtual_pendants(self):
-        for name, model in (('hb03', 'HB03'), ('hb04-18', 'HB04')):
+        for name, model in (('hb03', 'HB03'), ('hb04-18', 'HB04'), ('whb04b', 'WHB04B')):
             keys = run('layout', name, '--json').json()[0]['keys']
             assert {key['scan']: key['caption'] for key in keys} == \
                              models.MODELS[model].keys
+
+    def test_captions_with_fn(self):
+        """All but Fn itself have one, and no two of them are the same."""
+        keys = run('layout', 'whb04b', '--json').json()[0]['keys']
+        fn = {key['scan']: key['fn'] for key in keys}
+        assert fn.pop(0x0c) is None
+        assert sorted(fn.values()) == sorted('Macro %d' % number for number in range(1, 17)
+                                             if number != 10)
+        assert (fn[0x04], fn[0x01], fn[0x10]) == ('Macro 1', 'Macro 11', 'Macro 14')
+        lines = run('layout', 'whb04b').out.splitlines()
+        assert ' KEYBOARD_KEY_04=btn_trigger_happy4 # Feed+; with Fn: Macro 1' in lines
+        assert ' KEYBOARD_KEY_0c=fn # Fn' in lines
+        assert '# 04: Feed+; with Fn: Macro 1' in \
+            run('layout', 'whb04b', '--captions').out.splitlines()
+        for name in ('hb03', 'hb04-16', 'hb04-18'):
+            for key in run('layout', name, '--json').json()[0]['keys']:
+                assert key['fn'] is None
 
     def test_entry(self):
         lines = run('layout', 'hb04-16').out.splitlines()
@@ -148,10 +167,10 @@ class TestLayouts(Case):
 
     def test_entry_is_as_udev_wants_it(self):
         """Every property behind one blank, every match at the beginning of its line."""
-        for name in ('hb03', 'hb04-16', 'hb04-18'):
+        for name in ('hb03', 'hb04-16', 'hb04-18', 'whb04b'):
             for line in run('layout', name).out.splitlines():
                 assert re.search(
-                    r'^(#.*|evdev:input:b0003v10CEpEB(6E|70)\*|'
+                    r'^(#.*|evdev:input:b0003v10CEpEB(6E|70|93)\*|'
                     r' (XHC_LAYOUT=%s|KEYBOARD_KEY_[0-9a-f]{2}=[a-z0-9_]+ # [ -~]+))$' % name,
                     line)
 
@@ -205,7 +224,12 @@ class TestLayouts(Case):
                 (1, '\n', 'wanted'), (1, 'title\n', 'title and a text'),
                 (1, 'title\t\n', 'title and a text'), (2, 'title\tT\nmatch\tM\tN\n', 'match and'),
                 (1, 'match\t%s\n' % ('x' * 200), 'match and'), (1, '01\tA\t-\n', 'come first'),
-                (3, head + '01\tA\n', 'are wanted'), (3, head + '01\tA\t-\t-\n', 'three fields'),
+                (3, head + '01\tA\n', 'are wanted'), (3, head + '01\tA\t-\t-\t-\n', 'four fields'),
+                (3, head + '01\tA\t-\tB\n', 'behind a line with fn'),
+                (3, head + 'fn\t1\n', 'two hexa'), (3, head + 'fn\t18\n', '01 to 17'),
+                (3, head + 'fn\n', 'fn and a code'), (4, head + '01\tA\t-\nfn\t01\n', 'before'),
+                (4, head + 'fn\t02\n01\tA\t-\t\n', 'caption with Fn'),
+                (4, head + 'fn\t02\n01\tA\t-\t%s\n' % ('x' * 32), 'caption with Fn'),
                 (3, head + '1\tA\t-\n', 'two hexadecimal'), (3, head + 'xx\tA\t-\n', 'two hexa'),
                 (3, head + '-1\tA\t-\n', 'two hexa'), (3, head + '00\tA\t-\n', '01 to 17'),
                 (3, head + '18\tA\t-\n', '01 to 17'), (4, head + '02\tA\t-\n02\tB\t-\n', 'ascend'),

@@ -10,10 +10,7 @@
 #include <unistd.h>
 
 #include "events.h"
-#include "lcd.h"
-
-/* The selector's six buttons are in the keymap behind this */
-#define SCAN_SELECTOR	0x20
+#include "model.h"
 
 /* The key code that a scan code is mapped to, 0 for none. Anybody may map it anew at any time. */
 static unsigned int mapped(const struct events *events, unsigned int scan)
@@ -26,8 +23,8 @@ static unsigned int mapped(const struct events *events, unsigned int scan)
 
 static bool is_selector(const struct events *events, unsigned int code)
 {
-	for (unsigned int i = SELECTOR_X; i < SELECTOR_COUNT; i++) {
-		if (mapped(events, SCAN_SELECTOR + i) == code)
+	for (unsigned int i = 1; i <= LAYOUT_POSITIONS; i++) {
+		if (mapped(events, LAYOUT_SELECTOR + i) == code)
 			return true;
 	}
 	return false;
@@ -47,7 +44,10 @@ int events_open(struct events *events, const char *node)
 {
 	int err;
 
-	*events = (struct events){ .fd = open(node, O_RDONLY | O_NONBLOCK | O_CLOEXEC) };
+	*events = (struct events){
+		.fd = open(node, O_RDONLY | O_NONBLOCK | O_CLOEXEC),
+		.fn_scan = events->fn_scan,
+	};
 	if (events->fd < 0)
 		return -errno;
 	err = libevdev_new_from_fd(events->fd, &events->device);
@@ -59,6 +59,7 @@ int events_open(struct events *events, const char *node)
 	for (unsigned int code = 1; code < KEY_MAX; code++)
 		libevdev_enable_event_code(events->device, EV_KEY, code, NULL);
 	events->selector = libevdev_get_event_value(events->device, EV_ABS, ABS_MISC);
+	events->rotary = libevdev_get_event_value(events->device, EV_ABS, ABS_THROTTLE);
 	for (unsigned int scan = 1; scan <= LAYOUT_KEYS; scan++) {
 		unsigned int code = mapped(events, scan);
 
@@ -95,11 +96,30 @@ static int take_key(struct events *events, struct event *event, const struct inp
 	if (!scan)
 		return 0;
 	events->held[scan] = raw->value ? raw->code : 0;
+	if (raw->value)
+		events->with_fn[scan] = scan != events->fn_scan && events->held[events->fn_scan];
 	event->kind = EVENT_KEY;
 	event->scan = scan;
 	event->code = raw->code;
+	event->fn = events->with_fn[scan];
 	event->value = raw->value;
 	return 1;
+}
+
+static int take_position(struct events *events, struct event *event,
+			 const struct input_event *raw)
+{
+	switch (raw->code) {
+	case ABS_MISC:
+		events->selector = raw->value;
+		event->kind = EVENT_SELECTOR;
+		return 1;
+	case ABS_THROTTLE:
+		events->rotary = raw->value;
+		event->kind = EVENT_ROTARY;
+		return 1;
+	}
+	return 0;
 }
 
 static int take(struct events *events, struct event *event, const struct input_event *raw)
@@ -114,11 +134,7 @@ static int take(struct events *events, struct event *event, const struct input_e
 	case EV_KEY:
 		return take_key(events, event, raw);
 	case EV_ABS:
-		if (raw->code != ABS_MISC)
-			return 0;
-		events->selector = raw->value;
-		event->kind = EVENT_SELECTOR;
-		return 1;
+		return take_position(events, event, raw);
 	case EV_REL:
 		event->kind = EVENT_WHEEL;
 		return raw->code == REL_DIAL;
@@ -165,12 +181,18 @@ int events_release(struct events *events, struct event *event)
 			continue;
 		event->scan = scan;
 		event->code = events->held[scan];
+		event->fn = events->with_fn[scan];
 		events->held[scan] = 0;
 		return 1;
 	}
-	if (!events->selector)
+	if (events->selector) {
+		events->selector = 0;
+		event->kind = EVENT_SELECTOR;
+		return 1;
+	}
+	if (!events->rotary)
 		return 0;
-	events->selector = OFF;
-	event->kind = EVENT_SELECTOR;
+	events->rotary = 0;
+	event->kind = EVENT_ROTARY;
 	return 1;
 }

@@ -17,6 +17,7 @@ enum event_kind {
 	EVENT_KEY,
 	EVENT_UNKNOWN,	/* a scan code that no pendant has */
 	EVENT_SELECTOR,
+	EVENT_ROTARY,	/* the second one */
 	EVENT_WHEEL,
 	EVENT_LOST,	/* the kernel has dropped events; what they changed follows */
 	EVENT_AWAKE,
@@ -30,6 +31,7 @@ struct event {
 	unsigned int scan;	/* of a key */
 	unsigned int code;	/* its key code, as it is mapped now */
 	int value;		/* down, position, detents, awake */
+	bool fn;		/* the key was pressed while Fn was down */
 };
 
 struct events {
@@ -38,7 +40,9 @@ struct events {
 	bool syncing;
 	unsigned int scan;	/* MSC_SCAN of the key that comes next */
 	unsigned int held[LAYOUT_KEYS + 1];	/* key code by scan code while it is down */
-	unsigned int selector;
+	bool with_fn[LAYOUT_KEYS + 1];		/* it was pressed while Fn was down */
+	unsigned int fn_scan;			/* of the key Fn, 0: there is none; by the caller */
+	unsigned int selector, rotary;
 };
 
 /* Return 0 or a negative errno. */

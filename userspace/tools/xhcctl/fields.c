@@ -9,34 +9,42 @@
 
 #include "cli.h"
 #include "fields.h"
-#include "lcd.h"
+#include "model.h"
 #include "sysfs.h"
 
 /* What the driver takes; a test holds it against the driver */
 #define RANGE_WORD	"0..65535"
 
 const struct field fields[SETTABLE] = {
-	[WORK_X] = { "work_x", NULL, true },
-	[WORK_Y] = { "work_y", NULL, true },
-	[WORK_Z] = { "work_z", NULL, true },
-	[MACHINE_X] = { "machine_x", NULL, true },
-	[MACHINE_Y] = { "machine_y", NULL, true },
-	[MACHINE_Z] = { "machine_z", NULL, true },
-	[FEEDRATE_OVERRIDE] = { "feedrate_override", RANGE_WORD, true },
-	[SPINDLE_OVERRIDE] = { "spindle_override", RANGE_WORD, true },
-	[FEEDRATE] = { "feedrate", RANGE_WORD, true },
-	[SPINDLE_SPEED] = { "spindle_speed", RANGE_WORD, true },
-	[STEP] = { "step", NULL, true },
-	[ICON] = { "icon", "0..15", true },
-	[STATE] = { "state", NULL, false },
-	[DAY] = { "day", "1..31 or auto", true },
-	[REFRESH_MS] = { "refresh_ms", "10..1000", true },
-	[POSITION] = { "position", NULL, false },
+	[WORK_X] = { "work_x", NULL, true, POSITION },
+	[WORK_Y] = { "work_y", NULL, true, POSITION },
+	[WORK_Z] = { "work_z", NULL, true, POSITION },
+	[MACHINE_X] = { "machine_x", NULL, true, POSITION },
+	[MACHINE_Y] = { "machine_y", NULL, true, POSITION },
+	[MACHINE_Z] = { "machine_z", NULL, true, POSITION },
+	[ROW1] = { "row1", NULL, true, ROWS },
+	[ROW2] = { "row2", NULL, true, ROWS },
+	[ROW3] = { "row3", NULL, true, ROWS },
+	[FEEDRATE_OVERRIDE] = { "feedrate_override", RANGE_WORD, true, 0 },
+	[SPINDLE_OVERRIDE] = { "spindle_override", RANGE_WORD, true, 0 },
+	[FEEDRATE] = { "feedrate", RANGE_WORD, true, 0 },
+	[SPINDLE_SPEED] = { "spindle_speed", RANGE_WORD, true, 0 },
+	[STEP] = { "step", NULL, true, 0 },
+	[ICON] = { "icon", "0..15", true, 0 },
+	[STATE] = { "state", NULL, false, 0 },
+	[DAY] = { "day", "1..31 or auto", true, 0 },
+	[MODE] = { "mode", "continuous, step, mpg or percent", false, 0 },
+	[COORDINATES] = { "coordinates", "machine or work", false, 0 },
+	[RESET] = { "reset", "0 or 1", true, 0 },
+	[REFRESH_MS] = { "refresh_ms", "10..1000", true, 0 },
+	[POSITION] = { "position", NULL, false, 0 },
+	[ROWS] = { "rows", NULL, false, 0 },
 };
 
 void field_print_range(FILE *stream, enum field_index index, const struct pendant *pendant)
 {
-	unsigned int decimals = lcd_decimals(pendant->model);
+	const struct model *model = pendant->model_row;
+	int decimals = model->decimals;
 	char steps[FIELD_TEXT];
 
 	if (fields[index].range) {
@@ -46,11 +54,11 @@ void field_print_range(FILE *stream, enum field_index index, const struct pendan
 			snprintf(steps, sizeof(steps), "those in step_available");
 		fprintf(stream, "one of %s, or a code 0x0..0xf", steps);
 	} else if (index == STATE) {
-		fprintf(stream, "idle, run, pause%s, joined by +, or a number 0..255",
-			decimals == 4 ? ", inch" : "");
+		fprintf(stream, "%s, joined by +, or a number 0..255", model->states);
 	} else {
-		fprintf(stream, "%s-65535.%.*s..65535.%.*s", index == POSITION ? "six of " : "",
-			(int)decimals, "9999", (int)decimals, "9999");
+		fprintf(stream, "%s-65535.%.*s..65535.%.*s",
+			index == POSITION ? "six of " : index == ROWS ? "three of " : "",
+			decimals, "9999", decimals, "9999");
 	}
 }
 
@@ -64,16 +72,18 @@ enum field_index field_find(const char *name, size_t length)
 	return index;
 }
 
-/* By the one attribute that has all six of the same moment */
-static int read_position(const struct pendant *pendant, struct values *values)
+/* By the one attribute that has all of the same moment */
+static int read_coordinates(const struct pendant *pendant, struct values *values)
 {
+	const struct model *model = values->model;
 	char text[FIELD_TEXT], *rest = text;
 	int length;
 
-	length = sysfs_read(text, sizeof(text), "%s/dro/position", pendant->path);
+	length = sysfs_read(text, sizeof(text), "%s/dro/%s", pendant->path,
+			    fields[model->group].name);
 	if (length < 0)
 		return length;
-	for (enum field_index i = WORK_X; i <= MACHINE_Z; i++) {
+	for (enum field_index i = model->first; i <= model->last; i++) {
 		const char *word = strsep(&rest, " ");
 
 		if (!word)
@@ -85,14 +95,19 @@ static int read_position(const struct pendant *pendant, struct values *values)
 
 int values_read(const struct pendant *pendant, struct values *values)
 {
-	int err = read_position(pendant, values);
+	int err;
 
+	*values = (struct values){ .model = pendant->model_row };
+	err = values->model->fields ? read_coordinates(pendant, values) : 0;
 	if (err)
 		return err;
-	for (enum field_index i = MACHINE_Z + 1; i < FIELDS; i++) {
-		int length = sysfs_read(values->text[i], sizeof(values->text[i]), "%s/dro/%s",
-					pendant->path, fields[i].name);
+	for (enum field_index i = 0; i < FIELDS; i++) {
+		int length;
 
+		if (!model_has(values->model, i) || fields[i].group)
+			continue;
+		length = sysfs_read(values->text[i], sizeof(values->text[i]), "%s/dro/%s",
+				    pendant->path, fields[i].name);
 		if (length < 0)
 			return length;
 	}
@@ -115,6 +130,8 @@ struct json_object *values_json(const struct values *values)
 	struct json_object *object = json_object_new_object();
 
 	for (enum field_index i = 0; i < FIELDS; i++) {
+		if (!model_has(values->model, i))
+			continue;
 		if (fields[i].number)
 			json_object_object_add(object, fields[i].name,
 					       value_json(values->text[i]));

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-only */
 /*
- * The fields of a pendant's display: attributes in dro/, one table for show, set and monitor
+ * The fields of a pendant's display: attributes in dro/, one table for show, set and monitor. Which
+ * of them a model has is in model.h.
  */
 #ifndef FIELDS_H
 #define FIELDS_H
@@ -10,14 +11,16 @@
 #include "pendant.h"
 
 struct json_object;
+struct model;
 
 enum field_index {
 	WORK_X, WORK_Y, WORK_Z, MACHINE_X, MACHINE_Y, MACHINE_Z,
+	ROW1, ROW2, ROW3,
 	FEEDRATE_OVERRIDE, SPINDLE_OVERRIDE, FEEDRATE, SPINDLE_SPEED,
-	STEP, ICON, STATE, DAY, REFRESH_MS,
+	STEP, ICON, STATE, DAY, MODE, COORDINATES, RESET, REFRESH_MS,
 	FIELDS,
-	/* to be written only: it reads as the six that it is */
-	POSITION = FIELDS,
+	/* to be written only: they read as the coordinates that they are */
+	POSITION = FIELDS, ROWS,
 	SETTABLE
 };
 
@@ -25,6 +28,7 @@ struct field {
 	const char *name;
 	const char *range;	/* in words; NULL: see field_print_range() */
 	bool number;		/* a JSON number, whenever it is one */
+	enum field_index group;	/* that it is a part of; 0: of none */
 };
 
 extern const struct field fields[SETTABLE];
@@ -38,13 +42,14 @@ enum field_index field_find(const char *name, size_t length);
 #define FIELD_TEXT	128
 
 struct values {
+	const struct model *model;
 	char text[FIELDS][FIELD_TEXT];
 };
 
 /* Return 0 or a negative errno: -ENOENT, -ENODEV when the pendant is gone. */
 int values_read(const struct pendant *pendant, struct values *values);
 
-/* All of them as members of an object */
+/* Those that the model has as members of an object */
 struct json_object *values_json(const struct values *values);
 
 #endif /* FIELDS_H */

@@ -11,15 +11,7 @@
 
 #include "cli.h"
 #include "layout.h"
-
-/* The models' own, as the document on these pendants has them */
-static const struct {
-	const char *model, *layout;
-} usual[] = {
-	{ "HB03", "hb03" },
-	{ "HB04", "hb04-18" },
-	{ NULL, "none" }
-};
+#include "model.h"
 
 /*
  * Codes that systemd-logind, acpid, the power daemon of a desktop or the kernel act upon. A pendant
@@ -81,24 +73,39 @@ static bool take(char *to, size_t size, const char *from)
 	return true;
 }
 
-static const char *take_key(struct layout *layout, char *const *field, unsigned int *last)
+/* A key's scan code. Return what is wrong with it, NULL when nothing is. */
+static const char *take_code(const char *text, unsigned int *code)
 {
-	struct layout_key *key;
-	unsigned long code;
-	int event_code;
 	char *end;
 
-	code = strtoul(field[0], &end, 16);
-	if (strlen(field[0]) != 2 || *end || !isxdigit((unsigned char)field[0][0]))
+	*code = strtoul(text, &end, 16);
+	if (strlen(text) != 2 || *end || !isxdigit((unsigned char)text[0]))
 		return "a key's code has two hexadecimal digits";
-	if (!code || code > LAYOUT_KEYS)
+	if (!*code || *code > LAYOUT_KEYS)
 		return "keys have the codes 01 to 17";
+	return NULL;
+}
+
+static const char *take_key(struct layout *layout, char *const *field, unsigned int *last)
+{
+	const char *wrong;
+	struct layout_key *key;
+	unsigned int code;
+	int event_code;
+
+	wrong = take_code(field[0], &code);
+	if (wrong)
+		return wrong;
 	if (code <= *last)
 		return "codes ascend";
 	*last = code;
 	key = &layout->key[code];
 	if (!take(key->caption, sizeof(key->caption), field[1]))
 		return "a caption is 1 to 31 ASCII characters";
+	if (field[3] && !layout->fn)
+		return "a caption with Fn goes behind a line with fn";
+	if (field[3] && !take(key->fn, sizeof(key->fn), field[3]))
+		return "a caption with Fn is 1 to 31 ASCII characters";
 	if (!strcmp(field[2], "-"))
 		return NULL;
 	event_code = take(key->code, sizeof(key->code), field[2]) ?
@@ -115,12 +122,12 @@ static const char *take_key(struct layout *layout, char *const *field, unsigned 
 /* Return what is wrong with a line, NULL when nothing is. last: the code of the key before. */
 static const char *take_line(struct layout *layout, char *line, unsigned int *last)
 {
-	char *field[3] = { 0 };
+	char *field[4] = { 0 };
 	size_t count = 0;
 
 	for (char *rest = line; rest; count++) {
-		if (count == 3)
-			return "more than three fields";
+		if (count == ARRAY_SIZE(field))
+			return "more than four fields";
 		field[count] = strsep(&rest, "\t");
 	}
 	if (!strcmp(field[0], "title"))
@@ -129,7 +136,10 @@ static const char *take_line(struct layout *layout, char *line, unsigned int *la
 	if (!strcmp(field[0], "match"))
 		return count == 2 && take(layout->match, sizeof(layout->match), field[1]) ?
 		       NULL : "match and a pattern are wanted";
-	if (count != 3)
+	if (!strcmp(field[0], "fn"))
+		return count == 2 && !*last ? take_code(field[1], &layout->fn) :
+		       "fn and a code are wanted, before the keys";
+	if (count < 3)
 		return "a code, a caption and a key's name or - are wanted";
 	if (!*layout->title || !*layout->match)
 		return "title and match come first";
@@ -185,19 +195,15 @@ int layout_read(const char *name, struct layout *layout)
 
 const char *layout_name(const struct pendant *pendant)
 {
-	size_t i;
-
-	if (*pendant->layout)
-		return pendant->layout;
-	for (i = 0; usual[i].model && strcmp(pendant->model, usual[i].model); i++)
-		;
-	return usual[i].layout;
+	return *pendant->layout ? pendant->layout : pendant->model_row->layout;
 }
 
-const char *layout_caption(const struct layout *layout, unsigned int scan)
+const char *layout_caption(const struct layout *layout, unsigned int scan, bool fn)
 {
 	if (scan > LAYOUT_KEYS || !*layout->key[scan].caption)
 		return NULL;
+	if (fn && *layout->key[scan].fn)
+		return layout->key[scan].fn;
 	return layout->key[scan].caption;
 }
 
@@ -228,13 +234,15 @@ void layout_entry(FILE *stream, const struct layout *layout, const struct pendan
 	 * keys that are not listed.
 	 */
 	for (unsigned int scan = 1; scan <= LAYOUT_KEYS; scan++) {
-		const char *caption = layout_caption(layout, scan) ?: "(no such key)";
+		const char *caption = layout_caption(layout, scan, false) ?: "(no such key)";
+		const char *fn = layout->key[scan].fn;
 
 		if (captions) {
-			fprintf(stream, "# %02x: %s\n", scan, caption);
+			fprintf(stream, "# %02x: %s", scan, caption);
 		} else {
 			print_code(stream, scan, layout->key[scan].code);
-			fprintf(stream, " # %s\n", caption);
+			fprintf(stream, " # %s", caption);
 		}
+		fprintf(stream, *fn ? "; with Fn: %s\n" : "\n", fn);
 	}
 }

@@ -209,6 +209,7 @@ static int print_one(const struct layout *layout, const char *entry, const struc
 		cli_json_number(object, "scan", scan);
 		cli_json_text(object, "caption", key->caption);
 		cli_json_text(object, "code", *key->code ? key->code : NULL);
+		cli_json_text(object, "fn", *key->fn ? key->fn : NULL);
 		json_object_array_add(keys, object);
 	}
 	json_object_object_add(document, "keys", keys);

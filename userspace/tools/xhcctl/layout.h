@@ -13,17 +13,19 @@
 #define LAYOUT_SUFFIX	".layout"
 #define LAYOUT_KEYS	0x17	/* scan codes 01h..17h */
 #define LAYOUT_SELECTOR	0x20	/* its positions have scan codes, too: 21h.. */
-#define LAYOUT_POSITIONS	6
+#define LAYOUT_POSITIONS	8
 
 struct layout_key {
 	char caption[32];	/* empty: the pendant has no such key */
 	char code[40];		/* KEY_STOP; empty: none fits */
+	char fn[32];		/* caption while Fn is held; empty: none */
 };
 
 struct layout {
 	char name[64];
 	char title[64];
 	char match[128];	/* udev's, for the pendants that have such keys */
+	unsigned int fn;	/* scan code of the key Fn, 0: there is none */
 	struct layout_key key[LAYOUT_KEYS + 1];	/* by scan code */
 };
 
@@ -39,8 +41,8 @@ int layout_read(const char *name, struct layout *layout);
 /* Name of the layout whose captions are shown for a pendant: the chosen one, or its model's */
 const char *layout_name(const struct pendant *pendant);
 
-/* What is printed on a key, or NULL */
-const char *layout_caption(const struct layout *layout, unsigned int scan);
+/* What is printed on a key, or NULL. fn: for the key that is pressed while Fn is held */
+const char *layout_caption(const struct layout *layout, unsigned int scan, bool fn);
 
 /*
  * The entry of udev's hwdb that chooses a layout, with a comment on each key. pendant: for this one

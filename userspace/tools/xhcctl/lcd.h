@@ -5,26 +5,35 @@
 #ifndef LCD_H
 #define LCD_H
 
-#include "fields.h"
+#include <stdbool.h>
+#include <stdio.h>
 
 #define LCD_WIDTH	46
 #define LCD_LINES	8
+
+struct model;
+struct values;
 
 struct lcd {
 	char line[LCD_LINES][LCD_WIDTH + 1];
 };
 
-/* Positions of the selector, as ABS_MISC has them */
-enum selector { OFF, SELECTOR_X, SELECTOR_Y, SELECTOR_Z, SELECTOR_A, SELECTOR_FEED,
-		SELECTOR_SPINDLE, SELECTOR_COUNT };
+/* What a picture is made from */
+struct lcd_view {
+	const struct model *model;
+	const struct values *values;
+	bool awake;
+	unsigned int selector, rotary;
+};
 
-/* Its name; HB03 has the processing speed where HB04 has axis A */
-const char *selector_name(const char *model, unsigned int selector);
+/* Pictures, by model */
+void lcd_draw_hb(struct lcd *lcd, const struct lcd_view *view);
+void lcd_draw_whb04b(struct lcd *lcd, const struct lcd_view *view);
+void lcd_draw_unknown(struct lcd *lcd, const struct lcd_view *view);
 
-/* Decimals that the model shows */
-unsigned int lcd_decimals(const char *model);
-
-void lcd_draw(struct lcd *lcd, const char *model, const struct values *values, bool awake,
-	      unsigned int selector);
+/* The same in one line of text, without newline */
+void lcd_line_hb(FILE *stream, const struct values *values);
+void lcd_line_whb04b(FILE *stream, const struct values *values);
+void lcd_line_unknown(FILE *stream, const struct values *values);
 
 #endif /* LCD_H */

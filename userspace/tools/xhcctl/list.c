@@ -30,7 +30,7 @@ static const char *last_word(const char *node)
 
 static void print_text(const struct pendants *list)
 {
-	printf("%sN NAME                MODEL AWAKE EVENTS  HIDRAW  LAYOUT    PHYS%s\n",
+	printf("%sN NAME                MODEL  AWAKE EVENTS  HIDRAW  LAYOUT    PHYS%s\n",
 	       cli_colour(CLI_BOLD), cli_colour(CLI_PLAIN));
 	for (size_t i = 0; i < list->count; i++) {
 		const struct pendant *one = &list->item[i];
@@ -38,7 +38,7 @@ static void print_text(const struct pendants *list)
 
 		snprintf(layout, sizeof(layout), *one->layout ? "%s" : "(%s)",
 			 layout_name(one));
-		printf("%u %-19s %-5s %-5s %-7s %-7s %-9s %s\n", one->index, one->name,
+		printf("%u %-19s %-6s %-5s %-7s %-7s %-9s %s\n", one->index, one->name,
 		       one->model, one->awake ? "yes" : "no", last_word(one->event),
 		       last_word(one->hidraw), layout, *one->phys ? one->phys : "-");
 	}

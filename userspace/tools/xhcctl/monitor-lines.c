@@ -16,6 +16,7 @@ static const char *const kinds[] = {
 	[EVENT_KEY] = "key",
 	[EVENT_UNKNOWN] = "unknown",
 	[EVENT_SELECTOR] = "selector",
+	[EVENT_ROTARY] = "rotary",
 	[EVENT_WHEEL] = "wheel",
 	[EVENT_LOST] = "lost",
 	[EVENT_AWAKE] = "awake",
@@ -28,19 +29,10 @@ static const char *code_name(unsigned int code)
 	return libevdev_event_code_get_name(EV_KEY, code) ?: "?";
 }
 
-static void print_display(FILE *stream, const struct values *values)
-{
-	const char (*text)[FIELD_TEXT] = values->text;
-
-	fprintf(stream, "work %s %s %s machine %s %s %s F %s %s%% S %s %s%% x%s icon %s %s",
-		text[WORK_X], text[WORK_Y], text[WORK_Z], text[MACHINE_X], text[MACHINE_Y],
-		text[MACHINE_Z], text[FEEDRATE], text[FEEDRATE_OVERRIDE], text[SPINDLE_SPEED],
-		text[SPINDLE_OVERRIDE], text[STEP], text[ICON], text[STATE]);
-}
-
 void event_line(FILE *stream, const struct monitor *monitor, const struct event *event)
 {
-	const char *model = monitor->pendant.model, *caption;
+	const struct model *model = monitor->pendant.model_row;
+	const char *caption;
 	time_t seconds = event->time.tv_sec;
 	struct tm tm;
 	char clock[16];
@@ -53,9 +45,11 @@ void event_line(FILE *stream, const struct monitor *monitor, const struct event 
 		fprintf(stream, "%s %s selector %s", monitor->pendant.name,
 			monitor->awake ? "awake" : "asleep",
 			selector_name(model, monitor->events.selector));
+		if (model_has_rotary(model))
+			fprintf(stream, " rotary %s", rotary_name(model, monitor->events.rotary));
 		break;
 	case EVENT_KEY:
-		caption = layout_caption(&monitor->layout, event->scan);
+		caption = layout_caption(&monitor->layout, event->scan, event->fn);
 		fprintf(stream, "%-12s %-5s %02xh %s", caption ?: "-", event->value ? "down" : "up",
 			event->scan, code_name(event->code));
 		break;
@@ -65,6 +59,9 @@ void event_line(FILE *stream, const struct monitor *monitor, const struct event 
 	case EVENT_SELECTOR:
 		fputs(selector_name(model, event->value), stream);
 		break;
+	case EVENT_ROTARY:
+		fputs(rotary_name(model, event->value), stream);
+		break;
 	case EVENT_WHEEL:
 		fprintf(stream, "%+d", event->value);
 		break;
@@ -72,7 +69,7 @@ void event_line(FILE *stream, const struct monitor *monitor, const struct event 
 		fputs(event->value ? "awake" : "asleep", stream);
 		break;
 	case EVENT_DISPLAY:
-		print_display(stream, &monitor->values);
+		model->line(stream, &monitor->values);
 		break;
 	case EVENT_LOST:
 		fputs("too late in reading; wheel counts are missing", stream);
@@ -104,13 +101,17 @@ static void add_time(struct json_object *document, const struct timeval *time)
 
 static void add_start(struct json_object *document, const struct monitor *monitor)
 {
+	const struct model *model = monitor->pendant.model_row;
+
 	cli_json_text(document, "name", monitor->pendant.name);
 	cli_json_text(document, "model", monitor->pendant.model);
 	cli_json_text(document, "layout",
 		      *monitor->layout.name ? monitor->layout.name : NULL);
 	cli_json_bool(document, "awake", monitor->awake);
 	cli_json_text(document, "selector",
-		      selector_name(monitor->pendant.model, monitor->events.selector));
+		      selector_name(model, monitor->events.selector));
+	cli_json_text(document, "rotary", model_has_rotary(model) ?
+		      rotary_name(model, monitor->events.rotary) : NULL);
 	json_object_object_add(document, "dro", values_json(&monitor->values));
 }
 
@@ -126,7 +127,8 @@ int tell_json(const struct monitor *monitor, const struct event *event)
 		break;
 	case EVENT_KEY:
 		cli_json_number(document, "scan", event->scan);
-		cli_json_text(document, "caption", layout_caption(&monitor->layout, event->scan));
+		cli_json_text(document, "caption",
+			      layout_caption(&monitor->layout, event->scan, event->fn));
 		cli_json_text(document, "code", code_name(event->code));
 		cli_json_bool(document, "down", event->value);
 		break;
@@ -135,7 +137,12 @@ int tell_json(const struct monitor *monitor, const struct event *event)
 		break;
 	case EVENT_SELECTOR:
 		cli_json_text(document, "position",
-			      selector_name(monitor->pendant.model, event->value));
+			      selector_name(monitor->pendant.model_row, event->value));
+		cli_json_number(document, "value", event->value);
+		break;
+	case EVENT_ROTARY:
+		cli_json_text(document, "position",
+			      rotary_name(monitor->pendant.model_row, event->value));
 		cli_json_number(document, "value", event->value);
 		break;
 	case EVENT_WHEEL:

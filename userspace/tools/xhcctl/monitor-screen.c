@@ -65,7 +65,8 @@ static const char *key_text(const struct monitor *monitor, unsigned int wanted)
 	static char text[32];
 
 	for (unsigned int scan = 1; scan <= LAYOUT_KEYS; scan++) {
-		const char *caption = layout_caption(&monitor->layout, scan);
+		const char *caption = layout_caption(&monitor->layout, scan,
+						     monitor->events.with_fn[scan]);
 
 		if (!monitor->events.held[scan] || wanted--)
 			continue;
@@ -80,13 +81,17 @@ static const char *key_text(const struct monitor *monitor, unsigned int wanted)
 /* What stands beside a line of the LCD */
 static void print_beside(FILE *stream, const struct monitor *monitor, unsigned int line)
 {
+	const struct model *model = monitor->pendant.model_row;
 	const char *bold = cli_colour(CLI_BOLD), *plain = cli_colour(CLI_PLAIN);
 	const long long *stat = monitor->stat;
 
 	switch (line) {
 	case 0:
 		fprintf(stream, "  selector  %s%s%s", bold,
-			selector_name(monitor->pendant.model, monitor->events.selector), plain);
+			selector_name(model, monitor->events.selector), plain);
+		if (model_has_rotary(model))
+			fprintf(stream, ", rotary %s%s%s", bold,
+				rotary_name(model, monitor->events.rotary), plain);
 		break;
 	case 1:
 		fprintf(stream, "  wheel     %s%+lld%s, last %+d", bold, screen.wheel, plain,
@@ -111,10 +116,14 @@ static void print_beside(FILE *stream, const struct monitor *monitor, unsigned i
 
 static void print_lcd(FILE *stream, const struct monitor *monitor)
 {
+	const struct lcd_view view = {
+		.model = monitor->pendant.model_row, .values = &monitor->values,
+		.awake = monitor->awake, .selector = monitor->events.selector,
+		.rotary = monitor->events.rotary,
+	};
 	struct lcd lcd;
 
-	lcd_draw(&lcd, monitor->pendant.model, &monitor->values, monitor->awake,
-		 monitor->events.selector);
+	view.model->draw(&lcd, &view);
 	for (unsigned int i = 0; i < LCD_LINES; i++) {
 		fprintf(stream, "%s%s%s", cli_colour(monitor->awake ? CLI_CYAN : CLI_DIM),
 			lcd.line[i], cli_colour(CLI_PLAIN));

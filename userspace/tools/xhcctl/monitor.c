@@ -38,8 +38,8 @@ static const char doc[] =
 	"\v"
 	"On a terminal it is a picture, redrawn as things happen; the display in it is the driver's, as "
 	"it was last sent. Elsewhere, and with --lines, each event is a line: time, kind, and for a key "
-	"its caption, down or up, scan code and key code. Kinds: start (always the first: how things "
-	"are), key, selector, wheel, awake, display, unknown (a key that no pendant should have), lost "
+	"its caption (with Fn, if that is held), down or up, scan code and key code. Kinds: start (always the first: how things "
+	"are), key, selector, rotary (the second one of a WHB04B), wheel, awake, display, unknown (a key that no pendant should have), lost "
 	"(events came faster than they were read; keys and selector are right again, wheel counts are "
 	"missing), gone. With --json each is an object in a line of its own.\n\n"
 	"Ends when it is interrupted, after --timeout, or after --count events (start is none). Exit "
@@ -265,6 +265,7 @@ int monitor_verb(int argc, char **argv)
 		monitor.tell = screen_tell;
 		monitor.look = screen_look;
 	}
+	monitor.events.fn_scan = monitor.layout.fn;
 	status = open_all(&monitor);
 	if (status != CLI_OK)
 		return status;

@@ -8,7 +8,7 @@
 #include "events.h"
 #include "fields.h"
 #include "layout.h"
-#include "lcd.h"
+#include "model.h"
 #include "stats.h"
 
 struct monitor {

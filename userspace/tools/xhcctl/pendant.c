@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "cli.h"
+#include "model.h"
 #include "pendant.h"
 #include "sysfs.h"
 
@@ -86,6 +87,7 @@ static bool look_at(struct udev *udev, const char *path, struct pendant *pendant
 	here = !strcmp(udev_device_get_driver(hid) ?: "", DRIVER) &&
 	       sysfs_read(pendant->model, sizeof(pendant->model), "%s/model", path) > 0;
 	if (here) {
+		pendant->model_row = model_find(pendant->model);
 		sysfs_read_number(&awake, "%s/awake", path);
 		pendant->awake = awake;
 		look_at_nodes(udev, hid, pendant);

@@ -8,11 +8,14 @@
 #include <stdbool.h>
 #include <stddef.h>
 
+struct model;
+
 struct pendant {
 	unsigned int index;	/* among all, in the order of their names */
 	char name[64];		/* of the HID device: 0003:10CE:EB70.0001 */
 	char path[512];		/* its folder in sysfs */
 	char model[16];
+	const struct model *model_row;	/* what the tool knows of it */
 	char input[64];		/* name of the input device; empty: there is none (yet) */
 	char event[64];		/* node; empty likewise */
 	char hidraw[64];	/* node; empty: the kernel has no hidraw */

@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "fields.h"
+#include "model.h"
 #include "sysfs.h"
 #include "verbs.h"
 
@@ -33,14 +34,17 @@ static const struct argp_option option_table[] = {
 static const char doc[] =
 	"Put values on the display."
 	"\v"
-	"Fields: work_x work_y work_z machine_x machine_y machine_z, or all six in one as position; "
-	"feedrate_override spindle_override feedrate spindle_speed; step icon state day; and "
-	"refresh_ms, the least time between two frames. What each may be is said when it is not.\n\n"
+	"Fields of HB03 and HB04: work_x work_y work_z machine_x machine_y machine_z, or all six in one "
+	"as position; feedrate_override spindle_override feedrate spindle_speed; step icon state day. "
+	"Fields of WHB04B: row1 row2 row3, or all three in one as rows; feedrate_override "
+	"spindle_override; mode coordinates reset. All have refresh_ms, the least time between two "
+	"frames. An error names the values that a field takes.\n\n"
 	"Several fields are taken together: if one of them cannot be, all keep what they had, and they "
 	"reach the display in one frame, if the machine is not too busy to write them within 5 ms. "
 	"Without --wait the frame is on its way when the command ends.\n\n"
 	"  xhcctl set work_x=135.17 work_y=-77.89 state=run step=10\n"
-	"  xhcctl set position='135.17 -77.89 0 -220.334 0 1.5'";
+	"  xhcctl set position='135.17 -77.89 0 -220.334 0 1.5'\n"
+	"  xhcctl set rows='135.17 -77.89 0' mode=step coordinates=work reset=0";
 
 /* A usage error ends here */
 static void add_assignment(struct options *options, const char *argument,
@@ -60,10 +64,12 @@ static void add_assignment(struct options *options, const char *argument,
 
 		if (field == other)
 			argp_error(state, "%s stands there twice", fields[field].name);
-		if ((field == POSITION && other <= MACHINE_Z) ||
-		    (field <= MACHINE_Z && other == POSITION))
-			argp_error(state, "%s is a part of position",
-				   fields[field == POSITION ? other : field].name);
+		if (fields[other].group == field && field >= FIELDS)
+			argp_error(state, "%s is a part of %s", fields[other].name,
+				   fields[field].name);
+		if (fields[field].group == other && other >= FIELDS)
+			argp_error(state, "%s is a part of %s", fields[field].name,
+				   fields[other].name);
 	}
 	assignment = &options->assignment[options->count++];
 	assignment->field = field;
@@ -89,6 +95,19 @@ static error_t parse(int key, char *argument, struct argp_state *state)
 		return 0;
 	}
 	return ARGP_ERR_UNKNOWN;
+}
+
+/* Before anything is written */
+static int check_fields(const struct pendant *pendant, const struct options *options)
+{
+	for (size_t i = 0; i < options->count; i++) {
+		enum field_index field = options->assignment[i].field;
+
+		if (!model_has(pendant->model_row, field))
+			return cli_usage("the %s has no %s, see `%s show'", pendant->model,
+					 fields[field].name, cli_tool_name());
+	}
+	return CLI_OK;
 }
 
 static int write_field(const struct pendant *pendant, enum field_index field, const char *value)
@@ -185,6 +204,8 @@ int set_verb(int argc, char **argv)
 
 	argp_parse(&argp, argc, argv, 0, NULL, &options);
 	status = pendant_choose(options.common.device, &pendant);
+	if (status == CLI_OK)
+		status = check_fields(&pendant, &options);
 	if (status == CLI_OK)
 		status = write_all(&pendant, &options);
 	if (status == CLI_OK && options.wait)

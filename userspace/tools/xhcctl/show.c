@@ -9,6 +9,7 @@
 
 #include "fields.h"
 #include "layout.h"
+#include "model.h"
 #include "stats.h"
 #include "sysfs.h"
 #include "verbs.h"
@@ -51,7 +52,7 @@ static int read_state(const struct pendant *pendant, struct state *state)
 {
 	int err = values_read(pendant, &state->values);
 
-	if (!err)
+	if (!err && model_has(pendant->model_row, STEP))
 		err = sysfs_read(state->steps, sizeof(state->steps), "%s/dro/step_available",
 				 pendant->path);
 	return err < 0 ? err : stats_read(pendant, state->stat);
@@ -74,6 +75,8 @@ static void print_text(const struct pendant *pendant, const struct state *state)
 	print_line("", "awake", pendant->awake ? "1" : "0");
 	print_line("", "layout", *pendant->layout ? pendant->layout : "-");
 	for (enum field_index i = 0; i < FIELDS; i++) {
+		if (!model_has(pendant->model_row, i))
+			continue;
 		print_line("dro/", fields[i].name, state->values.text[i]);
 		if (i == STEP)
 			print_line("dro/", "step_available", state->steps);
@@ -105,7 +108,8 @@ static int print_json(const struct pendant *pendant, const struct state *state)
 	cli_json_text(document, "model", pendant->model);
 	cli_json_bool(document, "awake", pendant->awake);
 	cli_json_text(document, "layout", *pendant->layout ? pendant->layout : NULL);
-	json_object_object_add(dro, "step_available", steps_json(state->steps));
+	if (model_has(pendant->model_row, STEP))
+		json_object_object_add(dro, "step_available", steps_json(state->steps));
 	json_object_object_add(document, "dro", dro);
 	for (enum stat_index i = 0; i < STATS; i++)
 		cli_json_number(stats, stat_names[i], state->stat[i]);
