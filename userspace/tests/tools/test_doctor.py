@@ -72,7 +72,7 @@ class TestPendant(Checks, rig.Case):
     tool = xhcctl
 
     def test_none(self):
-        self.assert_found('driver', 'no HB03 or HB04', 'lsusb')
+        self.assert_found('driver', 'no HB03, HB04 or WHB04B', 'lsusb')
 
     def test_held_by_libusb(self):
         pendant = self.plug_usb()
@@ -97,6 +97,13 @@ class TestPendant(Checks, rig.Case):
         # the line that mends it
         write_file('/sys/bus/usb/drivers/usbhid/bind', interface)
         assert wait(lambda: not self.found())
+
+    def test_whb04b(self):
+        self.plug_usb('WHB04B')
+        self.assert_well()
+        (status, text, _), = look(xhcctl)['model']
+        assert (status, text.split(' ', 1)[1]) == (
+            'ok', '(10ce:eb93) is a WHB04B-4 or WHB04B-6, supported')
 
     def test_other_driver(self):
         pendant = self.plug()
@@ -140,7 +147,7 @@ class TestPendant(Checks, rig.Case):
         pendant = self.plug()
         assert self.access() == {'found'}
         assert 'udevadm trigger' in look(xhcctl)['access'][0][2]
-        self.give(pendant.event_node, pendant.file('position'))
+        self.give(pendant.event_node, pendant.file('flush'))
         assert self.access() == {'ok'}
 
 

@@ -61,17 +61,24 @@ class Root:
             self.write('sys/module/xy3/parameters/ldisc', '29\n')
 
     def pendant(self):
-        usb = 'sys/bus/usb/devices/1-2/'
-        for name, text in (('idVendor', '10ce'), ('idProduct', 'eb70'), ('busnum', '1'),
-                           ('devnum', '7')):
-            self.write(usb + name, text + '\n')
-        self.write(usb + '1-2:1.0/bInterfaceClass', '03\n')
-        os.symlink('../../../drivers/usbhid', self.at(usb + '1-2:1.0/driver'))
+        self.usb_device('1-2', 'eb70')
+        self.driven(HID)
+
+    def usb_device(self, name, product, driver='usbhid'):
+        usb = 'sys/bus/usb/devices/%s/' % name
+        for attribute, text in (('idVendor', '10ce'), ('idProduct', product), ('busnum', '1'),
+                                ('devnum', '7')):
+            self.write(usb + attribute, text + '\n')
+        self.write('%s%s:1.0/bInterfaceClass' % (usb, name), '03\n')
+        os.symlink('../../../drivers/' + driver, self.at('%s%s:1.0/driver' % (usb, name)))
+
+    def driven(self, hid):
+        """A HID device that has our driver"""
         for folder in ('sys/bus/hid/devices/', 'sys/bus/hid/drivers/hid-xhc/'):
-            self.write(folder + HID + '/awake', '1\n')
-            self.write(folder + HID + '/stats/frame_errors', '0\n')
-            self.write(folder + HID + '/stats/unknown_keys', '0\n')
-        os.symlink('../../drivers/hid-xhc', self.at('sys/bus/hid/devices/%s/driver' % HID))
+            self.write(folder + hid + '/awake', '1\n')
+            self.write(folder + hid + '/stats/frame_errors', '0\n')
+            self.write(folder + hid + '/stats/unknown_keys', '0\n')
+        os.symlink('../../drivers/hid-xhc', self.at('sys/bus/hid/devices/%s/driver' % hid))
 
     def close(self):
         shutil.rmtree(self.path)
@@ -252,7 +259,69 @@ class TestCase(case.Case):
         root = self.root('xhcctl')
         for path in ('sys/bus/usb', 'sys/bus/hid'):
             root.remove(path)
-        self.assert_found(root, 'driver', 'no HB03 or HB04', 'lsusb -d 10ce:')
+        self.assert_found(root, 'driver', 'no HB03, HB04 or WHB04B', 'lsusb -d 10ce:')
+
+    def test_models(self):
+        """Each that the driver binds is named, and is looked at"""
+        for product, name in (('eb6e', 'an HB03'), ('eb70', 'an HB04'),
+                              ('eb93', 'a WHB04B-4 or WHB04B-6')):
+            with case.row(product):
+                root = self.root('xhcctl')
+                hid = '0003:10CE:%s.0009' % product.upper()
+                root.usb_device('1-3', product)
+                root.driven(hid)
+                findings = self.assert_well(root)
+                assert ('ok', '1-3 (10ce:%s) is %s, supported' % (product, name), None) in \
+                    findings['model']
+                assert ('ok', 'the kernel has 1-3:1.0', None) in findings['holder']
+                assert ('ok', hid + ' has hid-xhc', None) in findings['driver']
+                root.remove('sys/bus/hid/devices/%s/driver' % hid)
+                self.assert_found(root, 'driver', hid + ' has no driver', 'modprobe hid-xhc')
+
+    def test_a_clone(self):
+        root = self.root('xhcctl')
+        root.usb_device('1-3', 'eb91')
+        os.makedirs(root.at('sys/bus/hid/devices/0003:10CE:EB91.0002'))
+        self.assert_found(root, 'model', '1-3 (10ce:eb91) is a clone of the WHB04B',
+                          'echo 3 10ce eb91 eb93 | sudo tee /sys/bus/hid/drivers/hid-xhc/new_id')
+        # that has been done
+        root.remove('sys/bus/hid/devices/0003:10CE:EB91.0002')
+        root.driven('0003:10CE:EB91.0002')
+        findings = self.assert_well(root)
+        assert ('ok', '0003:10CE:EB91.0002 has hid-xhc', None) in findings['driver']
+        assert ('ok', '1-3 (10ce:eb91) is a clone of the WHB04B, and hid-xhc drives it', None) in \
+            findings['model']
+        # a clone is held as well as any other
+        root.remove('sys/bus/usb/devices/1-3/1-3:1.0/driver')
+        self.assert_found(root, 'holder', '1-3:1.0 has no driver', 'usbhid/bind')
+
+    def test_one_that_may_be_a_pendant(self):
+        root = self.root('xhcctl')
+        root.usb_device('1-3', 'eb71')
+        self.assert_found(root, 'model', '1-3 (10ce:eb71) is perhaps a pendant',
+                          'lsusb -v -d 10ce:eb71')
+
+    def test_no_pendants(self):
+        """Neither is a fault, and nothing else looks at them"""
+        for product, name, todo in (('ea6a', 'a serial bridge', 'cp210x'),
+                                    ('eb73', 'a motion card', "its maker's program")):
+            with case.row(product):
+                root = self.root('xhcctl')
+                root.usb_device('1-3', product, 'another')
+                status, text, mend = self.assert_well(root)['model'][-1]
+                assert (status, mend) == ('skipped', None)
+                assert text.startswith('1-3 (10ce:%s) is no pendant but %s' % (product, name))
+                assert todo in text
+                # and none of them is the pendant that is looked for
+                for path in ('sys/bus/usb/devices/1-2', 'sys/bus/hid'):
+                    root.remove(path)
+                self.assert_found(root, 'driver', 'no HB03, HB04 or WHB04B', 'lsusb -d 10ce:')
+
+    def test_a_device_that_is_not_known(self):
+        root = self.root('xhcctl')
+        root.usb_device('1-3', 'abcd', 'another')
+        assert ('skipped', '1-3 (10ce:%s) is not known; hid-xhc leaves it alone' % 'abcd',
+                None) in self.assert_well(root)['model']
 
     def test_pendant_held_by_libusb(self):
         root = self.root('xhcctl')

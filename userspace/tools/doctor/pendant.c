@@ -2,20 +2,122 @@
 /*
  * What keeps a pendant from working: checks of xhcctl. See userspace/abi/sysfs-driver-hid-xhc.
  */
+#include <ctype.h>
 #include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "cli.h"
 #include "doctor.h"
 
 #define VENDOR "10ce"
-#define PRODUCTS "eb6e eb70"	/* HB03, HB04 */
-#define HID_DEVICES "/sys/bus/hid/devices/0003:10CE:EB[67][E0].*"
+#define OURS "/sys/bus/hid/drivers/hid-xhc/0003:*"
+
+enum kind {
+	SUPPORTED,	/* the driver binds it */
+	CLONE,		/* it does when it is told to */
+	UNKNOWN,	/* may be a pendant */
+	NO_PENDANT,
+};
+
+/* The vendor's devices that have been seen. The driver binds exact ids only. */
+static const struct product {
+	const char *id;		/* as sysfs has it */
+	enum kind kind;
+	const char *name;
+	const char *todo;
+} products[] = {
+	{ "eb6e", SUPPORTED, "an HB03", NULL },
+	{ "eb70", SUPPORTED, "an HB04", NULL },
+	{ "eb93", SUPPORTED, "a WHB04B-4 or WHB04B-6", NULL },
+	{ "eb91", CLONE, "a clone of the WHB04B", "sudo modprobe hid-xhc; echo 3 10ce eb91 eb93 | "
+	  "sudo tee /sys/bus/hid/drivers/hid-xhc/new_id" },
+	{ "eb71", UNKNOWN, "perhaps a pendant, but its reports are not known", "send us what "
+	  "`lsusb -v -d 10ce:eb71' prints, and a recording by hid-recorder (package hid-tools)" },
+	{ "ea6a", NO_PENDANT, "a serial bridge", "use it as /dev/ttyUSB0, by the kernel's driver "
+	  "cp210x" },
+	{ "eb73", NO_PENDANT, "a motion card", "use it with its maker's program" },
+};
 
 static const char *name_of(const char *path)
 {
 	return strrchr(path, '/') + 1;
+}
+
+/* NULL: it is none of the table */
+static const struct product *find_product(const char *id)
+{
+	for (size_t i = 0; i < ARRAY_SIZE(products); i++) {
+		if (!strcmp(products[i].id, id))
+			return &products[i];
+	}
+	return NULL;
+}
+
+static void ignore(struct doctor *doctor, const char *path)
+{
+	(void)doctor;
+	(void)path;
+}
+
+/* The id of a USB device of the vendor. Return false for devices of others. */
+static bool read_product(struct doctor *doctor, const char *path, char *id, size_t size)
+{
+	char file[PATH_MAX], vendor[8];
+
+	snprintf(file, sizeof(file), "%s/idVendor", path);
+	if (doctor_read(doctor, vendor, sizeof(vendor), file) < 0 || strcmp(vendor, VENDOR))
+		return false;
+	snprintf(file, sizeof(file), "%s/idProduct", path);
+	return doctor_read(doctor, id, size, file) >= 0;
+}
+
+/* ---- USB: what is it ---- */
+
+/* HID devices of this id in a folder of their bus. Their names have capitals. */
+static void hid_devices(char *pattern, size_t size, const char *folder, const char *id)
+{
+	snprintf(pattern, size, "/sys/bus/hid/%s/0003:10CE:%c%c%c%c.*", folder, toupper(id[0]),
+		 toupper(id[1]), toupper(id[2]), toupper(id[3]));
+}
+
+/* Has the driver been told of this id? */
+static bool is_driven(struct doctor *doctor, const char *id)
+{
+	char pattern[64];
+
+	hid_devices(pattern, sizeof(pattern), "drivers/hid-xhc", id);
+	return doctor_each(doctor, pattern, ignore) > 0;
+}
+
+static void look_model_of(struct doctor *doctor, const char *path)
+{
+	const char *usb = name_of(path);
+	const struct product *product;
+	char id[8];
+
+	if (!read_product(doctor, path, id, sizeof(id)))
+		return;
+	product = find_product(id);
+	if (!product)
+		doctor_skip(doctor, "%s (10ce:%s) is not known; hid-xhc leaves it alone", usb, id);
+	else if (product->kind == SUPPORTED)
+		doctor_ok(doctor, "%s (10ce:%s) is %s, supported", usb, id, product->name);
+	else if (product->kind == NO_PENDANT)
+		doctor_skip(doctor, "%s (10ce:%s) is no pendant but %s: %s", usb, id,
+			    product->name, product->todo);
+	else if (product->kind == CLONE && is_driven(doctor, id))
+		doctor_ok(doctor, "%s (10ce:%s) is %s, and hid-xhc drives it", usb, id,
+			  product->name);
+	else
+		doctor_found(doctor, product->todo, "%s (10ce:%s) is %s: hid-xhc leaves it alone",
+			     usb, id, product->name);
+}
+
+static void look_model(struct doctor *doctor)
+{
+	doctor_each(doctor, "/sys/bus/usb/devices/*-*", look_model_of);
 }
 
 /* ---- USB: is anybody else at it ---- */
@@ -55,13 +157,13 @@ static void look_interface(struct doctor *doctor, const char *path)
 /* USB devices; of the others only what is theirs is looked at */
 static void look_usb_device(struct doctor *doctor, const char *path)
 {
-	char file[PATH_MAX], vendor[8], product[8];
+	const struct product *product;
+	char file[PATH_MAX], id[8];
 
-	snprintf(file, sizeof(file), "%s/idVendor", path);
-	if (doctor_read(doctor, vendor, sizeof(vendor), file) < 0 || strcmp(vendor, VENDOR))
+	if (!read_product(doctor, path, id, sizeof(id)))
 		return;
-	snprintf(file, sizeof(file), "%s/idProduct", path);
-	if (doctor_read(doctor, product, sizeof(product), file) < 0 || !strstr(PRODUCTS, product))
+	product = find_product(id);
+	if (!product || product->kind > CLONE)
 		return;
 	snprintf(file, sizeof(file), "%s/%s:*.0", path, name_of(path));
 	doctor_each(doctor, file, look_interface);
@@ -99,10 +201,20 @@ static void look_driver_of(struct doctor *doctor, const char *path)
 
 static void look_driver(struct doctor *doctor)
 {
-	if (!doctor_each(doctor, HID_DEVICES, look_driver_of))
-		doctor_found(doctor, "plug in the pendant's receiver, or its cable; `lsusb -d "
-			"10ce:' "
-			     "must show it", "no HB03 or HB04 is plugged in");
+	int count = 0;
+
+	for (size_t i = 0; i < ARRAY_SIZE(products); i++) {
+		const char *id = products[i].id;
+		char pattern[64];
+
+		if (products[i].kind == SUPPORTED || is_driven(doctor, id)) {
+			hid_devices(pattern, sizeof(pattern), "devices", id);
+			count += doctor_each(doctor, pattern, look_driver_of);
+		}
+	}
+	if (!count)
+		doctor_found(doctor, "plug in the pendant's receiver, or its cable; `lsusb -d 10ce:' "
+			     "must show it", "no HB03, HB04 or WHB04B is plugged in");
 }
 
 /* ---- what it says of itself ---- */
@@ -129,15 +241,14 @@ static void look_state_of(struct doctor *doctor, const char *path)
 	snprintf(file, sizeof(file), "%s/stats/unknown_keys", path);
 	number = doctor_number(doctor, file);
 	if (number > 0)
-		doctor_found(doctor, "sudo evtest /dev/input/xhc-hb04   # and tell us of its "
-			"MSC_SCAN",
+		doctor_found(doctor, "sudo evtest   # and tell us of its MSC_SCAN",
 			     "%s has keys that the driver does not know: pressed %lld times", name,
 			     number);
 }
 
 static void look_state(struct doctor *doctor)
 {
-	doctor_each(doctor, "/sys/bus/hid/drivers/hid-xhc/0003:*", look_state_of);
+	doctor_each(doctor, OURS, look_state_of);
 }
 
 /* ---- access ---- */
@@ -158,13 +269,13 @@ static void look_access_of(struct doctor *doctor, const char *path)
 		return;
 	snprintf(file, sizeof(file), "%s/input/input*/event*", path);
 	doctor_each(doctor, file, look_node);
-	snprintf(file, sizeof(file), "%s/dro/position", path);
+	snprintf(file, sizeof(file), "%s/dro/flush", path);	/* every model has it */
 	doctor_access(doctor, file, false, name_of(path));
 }
 
 static void look_access(struct doctor *doctor)
 {
-	doctor_each(doctor, "/sys/bus/hid/drivers/hid-xhc/0003:*", look_access_of);
+	doctor_each(doctor, OURS, look_access_of);
 }
 
 static const struct doctor_driver drivers[] = {
@@ -173,6 +284,7 @@ static const struct doctor_driver drivers[] = {
 };
 
 static const struct doctor_check checks[] = {
+	{ "model", "which of the vendor's devices it is", look_model },
 	{ "holder", "a program that holds the pendant by libusb", look_holder },
 	{ "driver", "is it hid-xhc", look_driver },
 	{ "state", "asleep, frames that were lost, keys that are not known", look_state },
