@@ -66,7 +66,7 @@ initramfs() {
 		--program "$python" --tree "$folder:/demo" --tree "$top/userspace/demo/guest:/guest" "$@")
 
 	# what the C library loads by itself when a thread ends
-	options+=(--file "$(ldconfig -p | awk '$1 == "libgcc_s.so.1" { print $NF; exit }')")
+	options+=(--file "$(ldconfig -p | awk '$1 == "libgcc_s.so.1" && !n++ { print $NF }')")
 	while read -r file; do
 		[ ! -e "$file" ] || options+=(--file "$file")
 	done < <(python_files "$code")
