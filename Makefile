@@ -48,7 +48,7 @@ help:
 	@echo '  make clean         remove what was built here'
 	@echo 'Try and test (need no device, never touch the running kernel):'
 	@echo '  make check-quick   tests for a minute: requires gcc and python3, installs nothing'
-	@echo '  sudo make demo     a virtual pendant in a virtual machine'
+	@echo '  sudo make demo     a virtual pendant in a virtual machine, also MODEL=whb04b'
 	@echo '  sudo make demo-scanhead  a virtual scanhead, which draws what it receives'
 	@echo '  sudo make check    all levels of tests:'
 	@echo '    check-host         codecs, on this machine, under sanitizers'
@@ -161,7 +161,7 @@ ifeq ($(DESTDIR),)
 endif
 
 demo:
-	userspace/demo/pendant/run-demo
+	userspace/demo/pendant/run-demo $(MODEL)
 
 demo-scanhead:
 	userspace/demo/scanhead/run-demo

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-only
-# What the hand does at the pendant; see xhc-sim(1).
+# What the hand does at an HB03 or HB04; see xhc-sim(1). These events must have come out:
+# evdev: BTN_TRIGGER_HAPPY2), value 1
+# evdev: BTN_TRIGGER_HAPPY31), value 1
+# evdev: REL_DIAL), value -3
 echo The pendant is plugged in and waits for the machine.
 expect spindle_override 80
 wait 300
