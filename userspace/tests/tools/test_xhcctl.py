@@ -614,7 +614,7 @@ class TestPicture(ToolCase):
         assert terminal.shows('HB04 asleep')
         pendant.unplug()
         assert terminal.process.wait(30) == NO_DEVICE
-        assert terminal.bytes.rstrip().endswith(b'\x1b[?25h')
+        assert rig.find.wait(lambda: terminal.bytes.rstrip().endswith(b'\x1b[?25h'))
 
     def test_a_terminal_that_can_do_nothing_gets_lines(self):
         pendant = self.plug()
