@@ -6,8 +6,11 @@ the shells take them.
 import os
 import re
 import subprocess
+import tempfile
 
+import case
 from tool import SOURCE, build
+from xhcctl_tool import LAYOUTS
 
 OPTION = re.compile(r'^ +(?:-., )? *(--[a-z-]+)', re.M)
 
@@ -16,7 +19,7 @@ def output(*words, **options):
     return subprocess.run(words, stdout=subprocess.PIPE, text=True, check=True, **options).stdout
 
 
-class Tool:
+class Tool(case.Case):
     """The cases, for each of the two"""
     name = None
 
@@ -66,11 +69,11 @@ class Tool:
 
     # --- bash ---
 
-    def complete(self, *words):
-        """-> what bash offers for the last word"""
+    def complete(self, *words, path=None):
+        """-> what bash offers for the last word; path: where it finds the tool"""
         script = ('PATH=%s:$PATH; . %s; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _%s; '
                   'printf "%%s\\n" "${COMPREPLY[@]}"'
-                  % (self.dir, self.at('bash', self.name), self.name))
+                  % (path or self.dir, self.at('bash', self.name), self.name))
         return output('bash', '-c', script, 'bash', self.name, *words).split()
 
     def test_bash_offers_verbs(self):
@@ -105,6 +108,37 @@ class Tool:
 
 class TestXhcctl(Tool):
     name = 'xhcctl'
+
+    def test_bash_offers_layouts(self):
+        os.environ['XHC_LAYOUTS'] = LAYOUTS
+        try:
+            assert set(self.complete('layout', '')) >= {'list', 'default', 'hb03', 'whb04b'}
+            assert self.complete('layout', 'wh') == ['whb04b']
+        finally:
+            del os.environ['XHC_LAYOUTS']
+
+    def test_bash_offers_the_fields_of_the_pendant(self):
+        """Those that show has, which are the model's"""
+        folder = tempfile.TemporaryDirectory()
+        self.add_cleanup(folder.cleanup)
+        fake = os.path.join(folder.name, 'xhcctl')
+        with open(fake, 'w', encoding='ascii') as file:
+            file.write('#!/bin/sh\n[ "$1" = show ] && printf "%s\\n" "model  WHB04B" '
+                       '"dro/row1   0" "dro/row2   -1.5" "dro/mode   step" "stats/reports 7"\n')
+        os.chmod(fake, 0o755)
+        assert self.complete('set', 'ro', path=folder.name) == ['row1=', 'row2=']
+        assert 'mode=' in self.complete('set', '', path=folder.name)
+        assert self.complete('set', 'row1', '=', path=folder.name) == []
+        assert self.complete('set', 'row1', '=', '1', path=folder.name) == []
+        assert self.complete('set', 'row1', '=', '1', 'm', path=folder.name) == ['mode=']
+        assert 'reports=' not in self.complete('set', '', path=folder.name)
+
+    def test_zsh_has_a_function_for_each_list(self):
+        with open(self.at('zsh', '_xhcctl'), encoding='ascii') as file:
+            text = file.read()
+        for what in ('fields', 'layouts'):
+            assert '\n_xhcctl_%s() {\n' % what in text
+            assert re.search(r":_xhcctl_%s'" % what, text)
 
 
 class TestXy3ctl(Tool):
