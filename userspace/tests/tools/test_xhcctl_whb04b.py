@@ -180,6 +180,21 @@ class TestMonitor(ToolCase):
         assert self.key(2, 'Stop', False) in got
         assert {'event': 'selector', 'position': 'off', 'value': 0} in got
 
+    def test_out_of_range(self):
+        """Reports that streamed and stop: nothing stays down or chosen."""
+        pendant = self.whb04b()
+        follower, _ = self.start(pendant)
+        pendant.device.select(pendant.device.model.selector['y'])
+        pendant.device.press(4)
+        assert [self.next(follower)['event'] for _ in range(2)] == ['selector', 'key']
+        assert wait(lambda: pendant.stat('reports') > 10)
+        pendant.device.radio = False
+        got = []
+        while {'event': 'awake', 'awake': False} not in got or len(got) < 3:
+            got.append(self.next(follower))
+        assert self.key(4, 'Feed+', False) in got
+        assert {'event': 'selector', 'position': 'off', 'value': 0} in got
+
     def test_unplugged(self):
         """All that was held or chosen is let go, and the second rotary is not known."""
         pendant = self.whb04b()

@@ -9,6 +9,8 @@ import pytest
 
 from busless_pendant import WHB04B, Bench, whb04b_frame
 from case import Case
+from xhc_sim.uhid import UhidPendant  # noqa: E402
+from xhc_sim.usb import UsbPendant  # noqa: E402
 from xhc_sim import cli, terminal
 from xhc_sim.script import Failure, Runner, ScriptError
 
@@ -51,6 +53,32 @@ class TestScripts(Case):
         self.run_text('sleep\nexpect awake no\nwake\nexpect awake yes')
         assert self.fields() == ['0000000000', '0000000000', '00000d0600']
 
+    def test_out_of_range(self):
+        """The receiver takes frames, and has nothing to say: also no report of sleep."""
+        self.run_text('select x\nradio off')
+        self.bench.reports.clear()
+        self.bench.send(whb04b_frame(((7, 0), (0, 0), (0, 0)), flags=1))
+        self.run_text('key Stop down\nwheel 3\nsleep\nwake\nexpect frames 1')
+        assert self.bench.reports == []
+        assert self.bench.seen is None
+        self.run_text('radio on\nwheel 1')
+        assert self.fields() == ['00000d1101']
+        assert self.bench.seen is None          # what it has missed it does not get by itself
+        self.bench.send(whb04b_frame(((8, 0), (0, 0), (0, 0)), flags=1))
+        self.run_text('expect row1 8')
+
+    @pytest.mark.parametrize('bus', [UhidPendant, UsbPendant])
+    def test_radio_of_a_bus(self, bus, monkeypatch):
+        device, reports = bus('WHB04B'), []
+        monkeypatch.setattr(device, 'report', reports.append)
+        device.press(2)
+        device.radio = False
+        device.release(2)
+        device.sleep()
+        device.radio = True
+        device.wake()
+        assert [report[2] for report in reports] == [2, 0]
+
     def test_expect(self):
         self.run_text('select x')
         self.bench.send(whb04b_frame([(1, 5000), (6, 7890 | 0x8000), (0, 0)], (110, 80),
@@ -77,7 +105,8 @@ class TestScripts(Case):
 
     @pytest.mark.parametrize('line', [
         'expect work_x 1', 'expect position 1 2 3 4 5 6', 'expect step 1', 'expect rows 1 2',
-        'select feed', 'feed', 'feed 7%', 'lead 0x1b', 'lead', 'key Fn+ down', 'key Fn+0 down'])
+        'select feed', 'feed', 'feed 7%', 'radio', 'radio maybe', 'lead 0x1b', 'lead',
+        'key Fn+ down', 'key Fn+0 down'])
     def test_wrong_lines(self, line):
         with pytest.raises(ScriptError):
             self.run_text(line)
@@ -121,6 +150,16 @@ class TestProgram(Case):
             self.terminal.key('+')
         assert self.bench.reports[-1][4] == 0x1C
         assert '[lead]' in '\n'.join(self.terminal.picture())
+
+    def test_radio(self):
+        self.terminal.key('~')
+        self.terminal.key('+')
+        assert 'out of range' in '\n'.join(self.terminal.picture())
+        assert self.bench.reports == []
+        self.terminal.key('~')
+        self.terminal.key('+')
+        assert [report[4] for report in self.bench.reports] == [0x0F]
+        assert 'out of range' not in '\n'.join(self.terminal.picture())
 
     def test_second_rotary_of_other_models(self):
         bench = Bench('HB04')

@@ -81,6 +81,8 @@ class VirtualPendant:
     lcd           the last Picture, None before the first frame
     seen          the Picture that the LCD shows, which is not always the last one
     streams       False: no reports that stream, which is kinder than hardware
+    radio         False: out of range.  The receiver answers the host; reports get lost, and so do
+                  frames
     set_reports   every SetReport, oldest first
     frames        (time, frame) of every whole frame
     on_frame      called with each new Picture, in the bus's thread
@@ -101,6 +103,7 @@ class VirtualPendant:
         self.on_frame = None
         self.plugged = False
         self.streams = True
+        self.radio = True
         self._fault = Fault()
         self._heard = None          # the last Picture that got as far as the LCD
         self._marks = ()            # what the LCD shows of the pendant's own state
@@ -156,7 +159,7 @@ class VirtualPendant:
             return None
         self.lcd = self.model.picture(self.model, frame)
         self.pendant.receive(self.lcd)
-        if self.pendant.hears():
+        if self.radio and self.pendant.hears():
             self._heard = self.lcd
         self._refresh()
         self.frames.append((time.monotonic(), frame))
@@ -205,17 +208,21 @@ class VirtualPendant:
 
     def sleep(self):
         with self._moving:
-            self.report(self.pendant.sleep())
+            self._transmit(self.pendant.sleep())
             for data in self.pendant.after_sleep():
-                self.report(data)
+                self._transmit(data)
         self._moved()
 
     def wake(self):
         self._move(self.pendant.wake)
 
+    def _transmit(self, data):
+        if self.radio:
+            self.report(data)
+
     def _move(self, move, *arguments):
         with self._moving:
-            self.report(move(*arguments))
+            self._transmit(move(*arguments))
         self._moved()
 
     def _moved(self):
@@ -255,7 +262,7 @@ class VirtualPendant:
             with self._moving:
                 if self.pendant.streaming() and not self.pending():
                     try:
-                        self.report(self.pendant.report())
+                        self._transmit(self.pendant.report())
                     except OSError:
                         pass                # unplugged meanwhile
             time.sleep(self.model.stream_period)

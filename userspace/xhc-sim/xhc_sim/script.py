@@ -16,6 +16,7 @@ COMMANDS = (
     ('lead CODE', 'the code that this unit has for Lead: 0x1c or 0x9b'),
     ('wheel COUNT', 'turn the wheel by COUNT detents in one report, -128..127'),
     ('sleep, wake', 'let the pendant fall asleep, wake it'),
+    ('radio off|on', 'carry the pendant out of range and back: neither end hears the other'),
     ('report HEX', 'send these bytes as an input report, whatever they are'),
     ('wait MS|forever', 'do nothing for a while'),
     ('lcd', 'print what the LCD shows'),
@@ -157,6 +158,12 @@ class Runner:
     def _parse_wake(self, arguments):
         _count(arguments, 0)
         return self.device.wake
+
+    def _parse_radio(self, arguments):
+        _count(arguments, 1)
+        if arguments[0] not in ('off', 'on'):
+            raise ValueError('radio off|on')
+        return lambda: setattr(self.device, 'radio', arguments[0] == 'on')
 
     def _parse_report(self, arguments):
         data = bytes.fromhex(' '.join(arguments))

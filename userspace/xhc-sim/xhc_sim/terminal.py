@@ -23,11 +23,12 @@ KEYS = {
     '\x1b[A': ('select', 1), '\x1b[B': ('select', -1),
     '\x1bOA': ('select', 1), '\x1bOB': ('select', -1),
     '+': ('feed', 1), '=': ('feed', 1), '-': ('feed', -1),
-    's': ('sleep', 0), 'u': ('cable', 0), '!': ('fault', 0), 'q': ('quit', 0), '\x03': ('quit', 0),
+    's': ('sleep', 0), 'u': ('cable', 0), '!': ('fault', 0), '~': ('radio', 0),
+    'q': ('quit', 0), '\x03': ('quit', 0),
 }
 HELP = (
     'left/right wheel 1   PgUp/PgDn wheel 10   up/down selector   letter press a key',
-    'capital letter hold/let go   s sleep/wake   u unplug/plug   ! fault   q quit',
+    'capital letter hold/let go   s sleep   u unplug   ! fault   ~ radio   q quit',
 )
 
 
@@ -96,6 +97,8 @@ class Terminal:
             self._cable()
         elif what == 'fault':
             device.fault = FAULTS[(FAULTS.index(device.fault) + 1) % len(FAULTS)]
+        elif what == 'radio':
+            device.radio = not device.radio
         elif key.lower() in self.caps or what:
             if not device.plugged:
                 self.message = 'unplugged: press u'
@@ -163,8 +166,9 @@ class Terminal:
             lines.append('-/+       ' + positions(model.feed, device.pendant.feed))
         lines += ['wheel     %+d' % self.detents, '']
         lines += self._key_rows()
-        lines += ['', 'frames %d   fault %s   %s' % (device.frame_count, device.fault,
-                                                      self.message)]
+        lines += ['', 'frames %d   fault %s%s   %s' % (
+            device.frame_count, device.fault, '' if device.radio else '   out of range',
+            self.message)]
         lines += HELP
         return [line[:WIDTH] for line in lines]
 
