@@ -6,7 +6,7 @@ import signal
 import sys
 
 from . import VERSION
-from .component import Component
+from .component import MODELS, Component
 
 FAILURE = 1
 
@@ -28,6 +28,8 @@ def parser():
         'a HAL component, to be started by loadusr.')
     words.add_argument('-i', '--input', metavar='FILE',
                        help='HAL file to run when the pendant has come; it loads hal_input')
+    words.add_argument('-m', '--model', choices=sorted(MODELS), default='hb04',
+                       help='whose pins it has (default: hb04, which an HB03 has, too)')
     words.add_argument('-p', '--phys', metavar='PHYS',
                        help='the pendant whose HID_PHYS this is (default: the first)')
     words.add_argument('-u', '--unit', metavar='LENGTH', type=positive, default=0.001,

@@ -3,7 +3,9 @@
 
 import time
 
-from .display import AXES, Display, find, texts
+from . import whb04b
+from .display import AXES, Display, find
+from .display import texts as hb_texts
 from .input import Input
 
 TURN = 0.05             # seconds: twenty times a second, as often as the display takes frames
@@ -15,6 +17,14 @@ BITS = ('running', 'paused', 'inch')
 RESULTS = ('connected', 'heartbeat')
 
 
+def texts(values, options, display):
+    return hb_texts(values, options.unit, display.available)
+
+
+# Of a model: pins that are floats, pins that are bits, and the text that attributes take
+MODELS = {'hb04': (FLOATS, BITS, texts), 'whb04b': (whb04b.FLOATS, whb04b.BITS, whb04b.texts)}
+
+
 class Component:
     """Made of the module `hal`, so that a test can bring its own."""
 
@@ -23,10 +33,11 @@ class Component:
         self.options = options
         self.say = say
         self.where = where
+        self.floats, self.bits, self.texts = MODELS[options.model]
         self.pins = hal.component('xhc-dro')
-        for name in FLOATS:
+        for name in self.floats:
             self.pins.newpin(name, hal.HAL_FLOAT, hal.HAL_IN)
-        for name in BITS:
+        for name in self.bits:
             self.pins.newpin(name, hal.HAL_BIT, hal.HAL_IN)
         for name in RESULTS:
             self.pins.newpin(name, hal.HAL_BIT, hal.HAL_OUT)
@@ -43,8 +54,8 @@ class Component:
         self.pins['connected'] = works
         self.pins['heartbeat'] = not self.pins['heartbeat']
         if self.display:
-            values = {name: self.pins[name] for name in FLOATS + BITS}
-            self.display.show(texts(values, self.options.unit, self.display.available))
+            values = {name: self.pins[name] for name in self.floats + self.bits}
+            self.display.show(self.texts(values, self.options, self.display))
 
     def _look_for_pendant(self):
         if self.display and not self.display.there():

@@ -16,12 +16,12 @@ from unittest import mock
 import pytest
 
 import case
-from busless_pendant import HB04
+from busless_pendant import HB04, WHB04B
 
 PRODUCT = os.path.join(os.path.dirname(os.path.realpath(__file__)), '..', '..', 'linuxcnc')
 sys.path.insert(0, PRODUCT)
 
-from xhc_dro import cli, component, display, input as hal_input  # noqa: E402
+from xhc_dro import cli, component, display, whb04b, input as hal_input  # noqa: E402
 from xhc_sim.models import STEPS  # noqa: E402
 
 ATTRIBUTES = ('position', 'feedrate_override', 'spindle_override', 'feedrate', 'spindle_speed',
@@ -237,6 +237,38 @@ class TestComponent(Case):
         assert (made.pins['connected'], self.hal.ended) == (False, True)
 
 
+    def test_whb04b(self):
+        """Its rows are those of the axes that the selector is among."""
+        made = self.start('--model', 'whb04b')
+        assert 'step' not in made.pins
+        path = os.path.join(self.driver, '0003:10CE:EB93.0001')
+        os.makedirs(path + '/dro')
+        for attribute in ('rows', 'mode', 'coordinates', 'reset', 'feedrate_override',
+                          'spindle_override'):
+            self.put(path + '/dro/' + attribute, '')
+        for number, axis in enumerate('xyzabc', 1):
+            made.pins['work-' + axis] = number + 0.5
+            made.pins['machine-' + axis] = -number
+        made.pins['feed-override'] = 1.05
+        assert self.turn(made)
+        assert [self.get(path, name) for name in (
+            'rows', 'mode', 'coordinates', 'reset', 'feedrate_override', 'spindle_override')] == \
+            ['1.5000 2.5000 3.5000', 'step', 'work', '0', '105', '0']
+        for axis in 'abc':
+            made.pins['select-' + axis] = True
+            made.turn()
+            assert self.get(path, 'rows') == '4.5000 5.5000 6.5000'
+            made.pins['select-' + axis] = False
+            made.turn()
+            assert self.get(path, 'rows') == '1.5000 2.5000 3.5000'
+        made.pins.update({'show-machine': True, 'mpg': True, 'reset': True})
+        made.turn()
+        assert self.get(path, 'rows') == '-1.0000 -2.0000 -3.0000'
+        assert self.get(path, 'coordinates').startswith('machine')
+        assert (self.get(path, 'mode')[:3], self.get(path, 'reset')) == ('mpg', '1')
+        assert self.said == []
+
+
 class TestInput(Case):
     """halcmd is a status here, or None while it runs."""
 
@@ -345,6 +377,38 @@ class TestFiles(Case):
         assert text.index('net ') > text.rindex('sets ')
         assert set(wired) - set(re.findall(r'xhc\.\S+', product('xhc-jog.hal'))) == set()
 
+    def test_whb04b(self):
+        """Keys, selector, what is cleared, and pins, as for the HB04"""
+        text = product('xhc-whb04b-input.hal')
+        captions = {
+            'reset': 'Reset', 'stop': 'Stop', 'start': 'Start/Pause', 'feed-plus': 'Feed+',
+            'feed-minus': 'Feed-', 'spindle-plus': 'Spindle+', 'spindle-minus': 'Spindle-',
+            'm-home': 'M-Home', 'safe-z': 'Safe-Z', 'w-home': 'W-Home',
+            'spindle': 'Spindle on/off', 'fn': 'Fn', 'probe-z': 'Probe-Z',
+            'continuous': 'Continuous/MPG', 'step': 'Step'}
+        wired = dict(re.findall(r'^net xhc\.(\S+) input\.0\.btn-trigger-happy(\d+)$', text, re.M))
+        assert {name: WHB04B.keys[int(code)] for name, code in wired.items()
+                if name.startswith('key-')} == {'key-' + name: caption
+                                                for name, caption in captions.items()}
+        assert {name: code for name, code in wired.items() if name.startswith('select-')} == {
+            'select-' + axis: str(30 + value) for axis, value in zip('xyzabc', (1, 2, 3, 4, 7, 8))}
+        signals = re.findall(r'^net (\S+) input\.', text, re.M)
+        cleared = re.findall(r'^sets (\S+) 0$', text, re.M)
+        assert sorted(signals) == sorted(cleared + ['xhc.wheel'])
+        assert set(signals) - set(re.findall(r'xhc\.\S+', product('xhc-whb04b-jog.hal'))) == set()
+        pins = re.findall(r'xhc-dro\.(\S+)', product('xhc-whb04b-dro.hal'))
+        assert sorted(pins) == sorted(
+            set(whb04b.FLOATS + whb04b.BITS + component.RESULTS) - {'show-machine'})
+
+    def test_no_component_has_more_names_than_it_takes(self):
+        for name in ('xhc-jog.hal', 'xhc-whb04b-jog.hal'):
+            for line in re.findall(r'^loadrt \S+ names=(\S+)$', product(name), re.M):
+                names = line.split(',')
+                assert len(names) <= 16
+                for each in names:
+                    assert re.search(r'^addf %s servo-thread$' % re.escape(each), product(name),
+                                     re.M), each
+
     def test_every_input_pin_but_inch_is_wired(self):
         wired = re.findall(r'xhc-dro\.(\S+)', product('xhc-dro.hal'))
         assert sorted(wired) == sorted(
@@ -361,5 +425,6 @@ class TestFiles(Case):
         for action in cli.parser()._actions:
             for option in action.option_strings:
                 assert 'Fl ' + option[1:] in page
-        for pin in component.FLOATS + component.BITS + component.RESULTS:
+        for pin in (component.FLOATS + component.BITS + component.RESULTS + whb04b.FLOATS +
+                    whb04b.BITS):
             assert re.search(r'\b%s\b' % pin, page)

@@ -1,0 +1,27 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""What a WHB04B has instead of an HB04's display: pins, and the text that its attributes take."""
+
+from .display import coordinate, number
+
+AXES = 'xyzabc'
+SECOND = 'abc'              # the axes that have the rows while the selector is at one of them
+SYSTEMS = ('work', 'machine')
+
+FLOATS = tuple('%s-%s' % (system, axis) for system in SYSTEMS for axis in AXES) + (
+    'feed-override', 'spindle-override')
+BITS = ('select-a', 'select-b', 'select-c', 'show-machine', 'mpg', 'reset')
+
+
+def texts(pins, _options, _display):
+    """-> attribute: text; `pins` are by name."""
+    second = any(pins['select-' + axis] for axis in SECOND)
+    system = 'machine' if pins['show-machine'] else 'work'
+    return {
+        'rows': ' '.join(coordinate(pins['%s-%s' % (system, axis)])
+                         for axis in (SECOND if second else 'xyz')),
+        'coordinates': system,
+        'mode': 'mpg' if pins['mpg'] else 'step',
+        'reset': str(int(pins['reset'])),
+        'feedrate_override': number(100 * pins['feed-override']),
+        'spindle_override': number(100 * pins['spindle-override']),
+    }

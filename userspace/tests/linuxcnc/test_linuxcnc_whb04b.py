@@ -1,0 +1,197 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""Debian's LinuxCNC with a WHB04B: the wheel moves the axis that the selector is at, the second
+rotary changes the step, and the display's rows follow. See test_linuxcnc.py.
+"""
+
+import glob
+import os
+import shutil
+import subprocess
+
+from halcmd import USER, Halcmd
+import rig
+from rig import find
+import test_linuxcnc
+from test_linuxcnc import DIALOUT, ENVIRONMENT, HOME, NEAR, PATIENCE, is_at, is_true, pin, position
+
+CONFIG = test_linuxcnc.CONFIG
+INI = CONFIG + '/xhc-whb04b.ini'
+AXES = 'xyzabc'
+HOME_KEY = 8
+PINS = (*test_linuxcnc.PINS, 'input.0.abs-throttle-counts', 'xhc.scale.out', 'xhc.on-a.out',
+        'halui.axis.a.pos-feedback', 'halui.joint.5.is-homed', 'xhc.mode.out')
+
+setup_module = test_linuxcnc.setup_module
+
+
+def teardown_module():
+    if Case.mill:
+        Case.mill.end()
+        Case.pendant.unplug()
+    subprocess.run(['umount', '--lazy', '/tmp'], check=True)
+
+
+class Mill(test_linuxcnc.Mill):
+    def __init__(self):
+        shutil.rmtree(HOME, ignore_errors=True)
+        shutil.copytree(test_linuxcnc.COPY, CONFIG)
+        with open(INI, encoding='ascii') as file:
+            text = file.read()
+        assert text.count('DISPLAY = axis') == 1
+        with open(INI, 'w', encoding='ascii') as file:
+            file.write(text.replace('DISPLAY = axis', 'DISPLAY = dummy'))
+        subprocess.run(['chown', '-R', 'nobody:dialout', HOME], check=True)
+        self.log = open(HOME + '/log', 'w+', encoding='utf-8', errors='replace')
+        self.process = subprocess.Popen([*USER, 'linuxcnc', '-r', INI], env=ENVIRONMENT, cwd=HOME,
+                                        stdin=subprocess.PIPE, stdout=self.log,
+                                        stderr=subprocess.STDOUT)
+        self.halcmd = None
+        self.wait(lambda: 'DUMMY DISPLAY' in self.said())
+        self.halcmd = Halcmd(env=ENVIRONMENT)
+
+    def ready(self, device):
+        """Out of the emergency stop, on, at home; M-Home has the pin of the button on the screen"""
+        self.click('estop.reset', 'estop.is-activated', False)
+        self.click('machine.on', 'machine.is-on')
+
+        def homed():
+            if not is_true('halui.joint.5.is-homed'):
+                device.press(HOME_KEY)
+                find.wait(lambda: is_true('halui.joint.5.is-homed'), 10)
+                device.release(HOME_KEY)
+            return is_true('halui.joint.5.is-homed')
+
+        self.wait(homed)
+        self.wait(lambda: is_true('halui.mode.is-teleop'))
+
+
+class Case(rig.Case):
+    """All share one mill and one pendant."""
+
+    mill = None
+    pendant = None
+
+    @classmethod
+    def setup_class(cls):
+        if Case.mill:
+            return
+        # its helpers ask the mill of the other file's class
+        Case.mill = test_linuxcnc.Case.mill = Mill()
+        Case.pendant = rig.Rig('WHB04B')
+        pendant = Case.pendant.plug()
+        for node in [pendant.event_node, *glob.glob(pendant.path + '/dro/*')]:
+            if os.stat(node).st_mode & 0o200:
+                os.chown(node, 0, DIALOUT)
+                os.chmod(node, 0o660)
+        pendant.device.wake()
+        cls.mill.wait(lambda: is_true('xhc.ok.out'))
+        cls.mill.ready(pendant.device)
+        # a busy machine may be late; what a stop does is tested with the HB04
+        test_linuxcnc.set_pin('xhc.alive.width', PATIENCE)
+
+    @property
+    def device(self):
+        return self.pendant.device
+
+    def select(self, name):
+        self.device.select(self.device.model.selector[name])
+        for axis in AXES:
+            self.mill.wait(lambda: is_true('xhc.on-%s.out' % axis) == (axis == name))
+        self.finish_cycle()
+        self.mill.wait(lambda: not is_true('xhc.off.out'))
+
+    def finish_cycle(self):
+        test_linuxcnc.Case.finish_cycle(self)
+
+    def rotary(self, name, scale):
+        self.device.turn_feed(self.device.model.feed[name])
+        self.mill.wait(lambda: abs(float(pin('xhc.scale.out')) - scale) < 1e-9)
+        self.finish_cycle()
+
+    def assert_at(self, axis, wanted):
+        def rests():
+            return not is_true('motion.jog-is-active') and float(pin('motion.current-vel')) == 0
+
+        self.mill.wait(lambda: is_at(axis, wanted) and rests())
+
+    def press(self, name, done):
+        """Holds a key, or Fn and a key, down until it has done its work."""
+        codes = self.device.model.key_codes(name)
+        for code in codes:
+            self.device.press(code)
+        self.mill.wait(done)
+        for code in reversed(codes):
+            self.device.release(code)
+            self.mill.wait(lambda: not is_true('input.0.btn-trigger-happy%d' % code))
+        self.finish_cycle()
+
+    def shows(self, **wanted):
+        for name, value in wanted.items():
+            assert self.device.wait_for(
+                lambda: self.device.lcd and self.device.lcd.as_dict()[name] == value, PATIENCE), (
+                    name, value, self.device.lcd and self.device.lcd.as_dict())
+
+
+class TestWhb04b(Case):
+    def test_the_wheel_moves_the_axis_and_the_rotary_is_the_step(self):
+        for axis, name, step, detents in (('a', '10%', 0.1, 5), ('a', '30%', 1, -2),
+                                          ('x', '2%', 0.001, 7), ('c', '60%', 5, 1),
+                                          ('z', '5%', 0.01, -3), ('b', '100%', 10, 1)):
+            self.rotary(name, step)
+            self.select(axis)
+            others = {other: position(other) for other in AXES if other != axis}
+            start = position(axis)
+            self.device.turn(detents)
+            self.assert_at(axis, start + detents * step)
+            assert all(is_at(other, place) for other, place in others.items())
+
+    def test_the_rows_follow_the_selector(self):
+        self.rotary('10%', 0.1)
+        for axis, detents in (('y', 12), ('b', -7), ('y', 1)):
+            self.select(axis)
+            start = position(axis)
+            self.device.turn(detents)
+            self.assert_at(axis, start + detents * 0.1)
+            rows = AXES[3:] if axis in AXES[3:] else AXES[:3]
+            for row, each in enumerate(rows, 1):
+                self.shows(**{'row%d' % row: '%.4f' % round(position(each), 4)})
+        self.shows(coordinates='work', mode='step', reset=0, faults=[])
+
+    def test_lead_moves_nothing(self):
+        self.rotary('lead', 0)
+        self.select('x')
+        start = position('x')
+        before = int(pin('input.0.rel-dial-counts'))
+        self.device.turn(3)
+        self.mill.wait(lambda: int(pin('input.0.rel-dial-counts')) == before + 3)
+        self.finish_cycle()
+        assert is_at('x', start)
+
+    def test_modes(self):
+        self.rotary('100%', 10)
+        self.press('Continuous/MPG', lambda: is_true('xhc.mode.out'))
+        self.shows(mode='mpg')
+        self.mill.wait(lambda: abs(float(pin('xhc.scale.out')) - 0.1) < 1e-9)
+        self.select('x')
+        start = position('x')
+        self.device.turn(2)
+        self.mill.wait(lambda: abs(position('x') - start) > NEAR)
+        self.press('Step', lambda: not is_true('xhc.mode.out'))
+        self.shows(mode='step')
+
+    def test_feed_and_fn(self):
+        """With Fn a key is a macro, and nothing else."""
+        before = float(pin('halui.feed-override.value'))
+        self.press('Feed+', lambda: abs(
+            float(pin('halui.feed-override.value')) - before - 0.05) < NEAR)
+        self.shows(feedrate_override=round(100 * before + 5))
+        self.press('Fn+Feed+', lambda: is_true('xhc.macro-1.out'))
+        assert not is_true('xhc.plain-feed-plus.out')
+        assert abs(float(pin('halui.feed-override.value')) - before - 0.05) < NEAR
+        self.press('Feed-', lambda: abs(float(pin('halui.feed-override.value')) - before) < NEAR)
+
+    def test_reset_is_on_the_display(self):
+        self.press('Reset', lambda: is_true('halui.estop.is-activated'))
+        self.shows(reset=1)
+        self.mill.ready(self.device)
+        self.shows(reset=0)
