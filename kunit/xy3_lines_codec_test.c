@@ -11,11 +11,13 @@
 /* not linked but included: no symbol of the codec is exported, nor need be */
 #include "../drivers/xy3/xy3-lines.c"
 
-enum { X, Y, Z, U, W, SYNC, NONE };
+enum { X, Y, Z, U, W, SYNC, GATE, NONE };
 
 #define NO	NONE	/* short, for rows */
 
 /* ---- the wire ---- */
+
+#define GATE_DATA	5	/* the place of the gate behind the axes */
 
 struct wire {
 	unsigned int lines;
@@ -54,13 +56,15 @@ static bool frame_bit(const struct wire *wire, u32 data, unsigned int n)
 	return ones >> (wire->frame_bits - 1 - n) & 1;
 }
 
-/* What a line is at in one clock of a scan that carries @data, by axis */
+/* What a line is at in one clock of a scan that carries @data, by axis, and behind them the gate */
 static bool level(const struct wire *wire, const u32 *data, unsigned int line, unsigned int clock)
 {
 	u8 signal = wire->signal[line];
 
 	if (signal == SYNC)
 		return clock >= wire->frame_bits;
+	if (signal == GATE)
+		return !wire->command && data[GATE_DATA] == 1;
 	if (signal == NONE || clock >= wire->frame_bits || (wire->command && signal != X))
 		return false;
 	return frame_bit(wire, data[signal], clock);
@@ -133,6 +137,10 @@ static void check_fields(struct kunit *test, const struct xy3_line_map *map,
 		axes++;
 	}
 	KUNIT_EXPECT_EQ(test, map->axes, axes);
+	KUNIT_EXPECT_EQ(test, map->gate_line >= 0, has(wire, GATE));
+	if (map->gate_line >= 0)
+		KUNIT_EXPECT_EQ(test, wire->signal[map->gate_line], GATE);
+	KUNIT_EXPECT_EQ(test, map->columns, axes + has(wire, GATE));
 }
 
 #define SCANS	4
@@ -142,22 +150,27 @@ static void check_scans(struct kunit *test, const struct xy3_line_map *map,
 			const struct wire *wire, u32 *random)
 {
 	u8 *out = kunit_kmalloc(test, SCANS * map->scan_size, GFP_KERNEL);
-	u32 *codes = kunit_kmalloc(test, SCANS * map->axes * sizeof(*codes), GFP_KERNEL);
+	u32 *codes = kunit_kmalloc(test, SCANS * map->columns * sizeof(*codes), GFP_KERNEL);
 	u8 want[34];
 
 	KUNIT_ASSERT_NOT_NULL(test, out);
 	KUNIT_ASSERT_NOT_NULL(test, codes);
 	memset(out, 0x5a, SCANS * map->scan_size);
-	/* all 32 bits: those over the code's are to be left off */
-	for (unsigned int i = 0; i < SCANS * map->axes; i++)
+	/* all 32 bits: those over the code's are to be left off; the gate is high in some scans */
+	for (unsigned int i = 0; i < SCANS * map->columns; i++)
 		codes[i] = next_random(random);
+	for (unsigned int i = 0; has(wire, GATE) && i < SCANS; i++)
+		codes[i * map->columns + map->axes] &= 3;
 	xy3_encode_scans(map, codes, SCANS, out);
 	for (unsigned int scan = 0; scan < SCANS; scan++) {
-		u32 data[5] = { 0 };
+		const u32 *column = codes + scan * map->columns;
+		u32 data[6] = { 0 };
 
-		for (unsigned int i = 0, axis = X; axis <= W; axis++)
+		for (unsigned int axis = X; axis <= W; axis++)
 			if (has(wire, axis))
-				data[axis] = codes[scan * map->axes + i++];
+				data[axis] = *column++;
+		if (has(wire, GATE))
+			data[GATE_DATA] = *column;
 		KUNIT_ASSERT_EQ(test, slice(wire, data, want), map->scan_size);
 		KUNIT_EXPECT_MEMEQ_MSG(test, out + scan * map->scan_size, want, map->scan_size,
 				       "scan %u, %u lines", scan, wire->lines);
@@ -169,7 +182,8 @@ static void check_scans(struct kunit *test, const struct xy3_line_map *map,
 static void check_command(struct kunit *test, const struct xy3_line_map *map, struct wire wire,
 			  u32 command)
 {
-	u32 data[5] = { command & 0xfffff, ~0U, ~0U, ~0U, ~0U };	/* of X only */
+	/* of X only */
+	u32 data[6] = { command & 0xfffff, ~0U, ~0U, ~0U, ~0U, 1 };
 	u8 *out = kunit_kmalloc(test, map->scan_size, GFP_KERNEL);
 	u8 want[34];
 
@@ -251,11 +265,11 @@ static void no_default_test(struct kunit *test)
 
 static bool legal(const struct wire *wire)
 {
-	unsigned int count[8] = { 0 };
+	unsigned int count[9] = { 0 };
 
 	for (unsigned int line = 0; line < wire->lines; line++)
 		count[wire->signal[line]]++;
-	for (unsigned int signal = X; signal <= SYNC; signal++)
+	for (unsigned int signal = X; signal <= GATE; signal++)
 		if (count[signal] > 1)
 			return false;
 	return count[X] && !count[NONE + 1] && (!count[SYNC] || wire->lines >= 4);
@@ -267,16 +281,17 @@ static void every_map_test(struct kunit *test)
 	unsigned int good = 0;
 	u32 random = 0x0815;
 
-	for (unsigned int lines = 1; lines <= 4; lines *= 2)
-		for (unsigned int which = 0; which < 1U << 3 * lines; which++) {
+	for (unsigned int lines = 1, maps = 9; lines <= 4; lines *= 2, maps *= maps)
+		for (unsigned int which = 0; which < maps; which++) {
 			struct wire wire = { lines, random & 1 ? 32 : 24 };
 			struct xy3_line_map map;
+			unsigned int rest = which;
 
-			for (unsigned int line = 0; line < lines; line++)
-				wire.signal[line] = which >> 3 * line & 7;
+			for (unsigned int line = 0; line < lines; line++, rest /= 9)
+				wire.signal[line] = rest % 9;
 			if (!legal(&wire)) {
 				KUNIT_EXPECT_EQ_MSG(test, map_init(test, &map, &wire), -EINVAL,
-						    "%u lines, %#o", lines, which);
+						    "%u lines, %u", lines, which);
 				continue;
 			}
 			good++;
@@ -284,9 +299,9 @@ static void every_map_test(struct kunit *test)
 		}
 	/*
 	 * X alone, and k of three other lines carry k of n other signals, in every order: 1;
-	 * 2 * (1 + 4); 4 * (1 + 3 * 5 + 3 * 20 + 60)
+	 * 2 * (1 + 5); 4 * (1 + 3 * 6 + 3 * 30 + 120)
 	 */
-	KUNIT_EXPECT_EQ(test, good, 1 + 10 + 544);
+	KUNIT_EXPECT_EQ(test, good, 1 + 12 + 916);
 }
 
 /* Some of the signals, shuffled over eight lines */
@@ -298,7 +313,7 @@ static void eight_lines_test(struct kunit *test)
 	for (unsigned int i = 0; i < 600; i++) {
 		struct wire wire = { 8, i & 1 ? 32 : 24, { X, NO, NO, NO, NO, NO, NO, NO } };
 
-		for (unsigned int signal = Y; signal <= SYNC; signal++)
+		for (unsigned int signal = Y; signal <= GATE; signal++)
 			if (next_random(&random) >> 7 & 1)
 				wire.signal[signal] = signal;
 		for (unsigned int line = 7; line > 0; line--) {
@@ -341,6 +356,9 @@ static const struct invalid_row invalid_rows[] = {
 	{ "Z twice", -EINVAL, { 4, 32, { Z, X, Y, Z } } },
 	{ "W twice", -EINVAL, { 8, 24, { X, W, NO, NO, NO, NO, NO, W } } },
 	{ "SYNC twice", -EINVAL, { 8, 24, { SYNC, X, NO, NO, NO, NO, NO, SYNC } } },
+	{ "the gate twice", -EINVAL, { 8, 24, { GATE, X, NO, NO, NO, NO, NO, GATE } } },
+	{ "the gate on 2 lines", 0, { 2, 24, { X, GATE } } },
+	{ "the gate alone", -EINVAL, { 1, 24, { GATE } } },
 	{ "nothing three times", 0, { 4, 24, { NO, NO, NO, X } } },
 	{ "SYNC on 2 lines", -EINVAL, { 2, 24, { SYNC, X } } },
 	{ "SYNC on the only line", -EINVAL, { 1, 24, { SYNC } } },
@@ -366,7 +384,7 @@ static void invalid_test(struct kunit *test)
 struct bytes_row {
 	const char *name;
 	struct wire wire;	/* with a command, the first code is it */
-	u32 codes[5];
+	u32 codes[6];
 	size_t size;
 	u8 bytes[34];
 };
@@ -407,12 +425,26 @@ static const struct bytes_row bytes_rows[] = {
 	  { 0, 0x3e, [24] = 0x01, 0x01 } },
 	{ "SYNC on the highest line of 8", { 8, 32, { X, NO, NO, NO, NO, NO, NO, SYNC } }, { 2 },
 	  34, { 0x01, 0x01, [26] = 0x01, [31] = 0x01, [32] = 0x80, 0x80 } },
+	{ "the gate on 2 lines", { 2, 24, { X, GATE } }, { 0, 1 }, 6,
+	  { 0xba, 0xaa, 0xaa, 0xaa, 0xaa, 0xaa } },
+	{ "SYNC, two zeros, the gate", { 4, 24, { SYNC, X, Y, GATE } }, { 0, 0, 1 }, 13,
+	  { 0x8e, 0x88, 0x88, 0x88, 0x88, 0x88, 0x88, 0x88, 0x88, 0x88, 0x88, 0x88, 0x99 } },
+	{ "the gate is low with 0", { 4, 24, { SYNC, X, Y, GATE } }, { 0, 0, 0 }, 13,
+	  { 0x06, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0x11 } },
+	{ "and with what is neither", { 4, 24, { SYNC, X, Y, GATE } }, { 0, 0, 3 }, 13,
+	  { 0x06, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0x11 } },
+	{ "SYNC, five zeros, the gate", { 8, 24, { SYNC, X, Y, Z, U, W, GATE, NO } },
+	  { 0, 0, 0, 0, 0, 1 }, 26,
+	  { 0x40, 0x7e, 0x40, 0x40, 0x40, 0x40, 0x40, 0x40, 0x40, 0x40, 0x40, 0x40, 0x40, 0x40,
+	    0x40, 0x40, 0x40, 0x40, 0x40, 0x40, 0x40, 0x40, 0x40, 0x40, 0x41, 0x41 } },
 	{ "calibrate X and W", { 1, 24, { X }, true }, { 0xc0011 }, 3, { 0x30, 0x00, 0x44 } },
 	{ "calibrate, 32 bits", { 1, 32, { X }, true }, { 0xc0000 }, 4,
 	  { 0x80, 0xc0, 0x00, 0x02 } },
 	{ "bits over a command's 20", { 1, 32, { X }, true }, { 0xfff00001 }, 4,
 	  { 0x80, 0x00, 0x00, 0x11 } },
 	{ "calibrate, 4 lines with SYNC", { 4, 24, { SYNC, X, Y, Z }, true }, { 0xc0000 }, 13,
+	  { 0, 0x22, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0x20, 0x11 } },
+	{ "calibrate, with a gate", { 4, 24, { SYNC, X, Y, GATE }, true }, { 0xc0000, 0, 1 }, 13,
 	  { 0, 0x22, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0x20, 0x11 } },
 	{ "calibrate, 8 lines", { 8, 24, { X, Y, Z, U, W, NO, NO, NO }, true }, { 0xc0000 }, 24,
 	  { 0, 0, 0x01, 0x01, [22] = 0x01, 0 } },
@@ -501,6 +533,58 @@ static void unused_test(struct kunit *test)
 		}
 }
 
+/* ---- the gate ---- */
+
+static const struct default_row gate_rows[] = {
+	{ "2 lines, 24 bits", false, { 2, 24, { GATE, X } } },
+	{ "4 lines, 32 bits", false, { 4, 32, { X, Y, GATE, NO } } },
+	{ "8 lines, 24 bits", false, { 8, 24, { X, Y, Z, U, W, NO, NO, GATE } } },
+	{ "4 lines with SYNC, 24 bits", true, { 4, 24, { SYNC, X, Y, GATE } } },
+	{ "4 lines with SYNC, 32 bits", true, { 4, 32, { GATE, X, Y, SYNC } } },
+	{ "8 lines with SYNC, 24 bits", true, { 8, 24, { SYNC, X, Y, Z, U, W, GATE, NO } } },
+	{ "8 lines with SYNC, 32 bits", true, { 8, 32, { SYNC, X, GATE, NO, NO, NO, NO, Y } } },
+	{ "no gate", true, { 4, 24, { SYNC, X, Y, Z } } },
+};
+
+KUNIT_ARRAY_PARAM_DESC(gate, gate_rows, name);
+
+/* Three scans that ask for it; the middle one is made not to, or not to in the gap behind it */
+static void lower_gate_test(struct kunit *test)
+{
+	const struct default_row *row = test->param_value;
+	const struct wire *wire = &row->wire;
+	unsigned int clocks = clocks_of(wire);
+	u8 was[3 * 34], out[3 * 34];
+	struct xy3_line_map map;
+	u32 codes[3 * 6];
+
+	KUNIT_ASSERT_EQ(test, map_init(test, &map, wire), 0);
+	for (unsigned int i = 0; i < 3 * map.columns; i++)
+		codes[i] = i % map.columns < map.axes ? ~i * 0x12345 : 1;
+	xy3_encode_scans(&map, codes, 3, was);
+	for (unsigned int behind = 0; behind < 2; behind++) {
+		memcpy(out, was, sizeof(out));
+		if (behind)
+			xy3_lower_gate_behind(&map, out + map.scan_size);
+		else
+			xy3_lower_gate(&map, out + map.scan_size);
+		for (unsigned int clock = 0; clock < 3 * clocks; clock++) {
+			unsigned int from = clocks + (behind ? wire->frame_bits : 0);
+			bool lowered = clock >= from && clock < 2 * clocks;
+
+			for (unsigned int line = 0; line < wire->lines; line++) {
+				bool level = line_at(wire, was, line, clock);
+
+				if (wire->signal[line] == GATE) {
+					KUNIT_EXPECT_TRUE(test, level);
+					level = !lowered;
+				}
+				KUNIT_EXPECT_EQ(test, line_at(wire, out, line, clock), level);
+			}
+		}
+	}
+}
+
 /* ---- words ---- */
 
 static void check_words(struct kunit *test, const struct xy3_line_map *map, u32 value)
@@ -576,6 +660,7 @@ static struct kunit_case xy3_lines_cases[] = {
 	KUNIT_CASE_PARAM(bytes_test, bytes_gen_params),
 	KUNIT_CASE(gap_test),
 	KUNIT_CASE(unused_test),
+	KUNIT_CASE_PARAM(lower_gate_test, gate_gen_params),
 	KUNIT_CASE(word_test),
 	KUNIT_CASE(bounds_test),
 	{}

@@ -32,7 +32,7 @@ static const u16 xy3_spread2[] = SPREAD256(2);
 static const u32 xy3_spread4[] = SPREAD256(4);
 static const u64 xy3_spread8[] = SPREAD256(8);
 
-/* the gap between two frames: SYNC is high in all of a byte's clocks */
+/* the gap between two frames: a line is high in all of a byte's clocks */
 #define XY3_GAP4	0x11
 #define XY3_GAP8	0x01
 
@@ -125,6 +125,11 @@ int xy3_line_map_init(struct xy3_line_map *map, unsigned int lines, unsigned int
 	map->sync_line = line;
 	if (line >= 0)
 		clocks += XY3_GAP_CLOCKS;
+	line = xy3_line_of(signal, lines, XY3_SIGNAL_GATE);
+	if (line < -1)
+		return -EINVAL;
+	map->gate_line = line;
+	map->columns = map->axes + (line >= 0);
 	map->scan_size = clocks * lines / 8;
 	return 0;
 }
@@ -186,9 +191,12 @@ static __always_inline u8 *xy3_put(unsigned int lines, u64 bits, u8 *out)
 	return out + lines;
 }
 
-/* The frames of all axes, and the gap behind them if SYNC is a line. Return where they end. */
+/*
+ * The frames of all axes, and if SYNC is a line the gap behind them, in which lines of @held stay
+ * high. Return where it ends.
+ */
 static __always_inline u8 *xy3_put_scan(const struct xy3_clocks *clocks, unsigned int lines,
-					unsigned int frame_bits, int sync_line, u8 *out)
+					unsigned int frame_bits, int sync_line, u8 held, u8 *out)
 {
 	out = xy3_put(lines, clocks->first, out);
 	out = xy3_put(lines, clocks->second, out);
@@ -197,11 +205,12 @@ static __always_inline u8 *xy3_put_scan(const struct xy3_clocks *clocks, unsigne
 		out = xy3_put(lines, clocks->fourth, out);
 	if (sync_line < 0)
 		return out;
+	held |= BIT(sync_line);
 	if (lines == 4) {
-		*out++ = XY3_GAP4 << sync_line;
+		*out++ = XY3_GAP4 * held;
 	} else {
-		*out++ = XY3_GAP8 << sync_line;
-		*out++ = XY3_GAP8 << sync_line;
+		*out++ = XY3_GAP8 * held;
+		*out++ = XY3_GAP8 * held;
 	}
 	return out;
 }
@@ -220,11 +229,12 @@ static __always_inline void xy3_put_positions(const struct xy3_line_map *map, un
 					      unsigned int frame_bits, const u32 *codes,
 					      size_t scans, u8 *out)
 {
+	int sync_line = map->sync_line, gate_line = map->gate_line;
 	unsigned int axes = map->axes;
-	int sync_line = map->sync_line;
 
 	for (; scans; scans--) {
 		struct xy3_clocks clocks = { };
+		u8 held = 0;
 
 		if (lines == 1) {
 			out = xy3_put_frame(frame_bits, xy3_position(*codes++, frame_bits), out);
@@ -233,14 +243,19 @@ static __always_inline void xy3_put_positions(const struct xy3_line_map *map, un
 		for (unsigned int i = 0; i < axes; i++)
 			xy3_add_frame(&clocks, lines, frame_bits, map->axis_line[i],
 				      xy3_position(*codes++, frame_bits));
-		out = xy3_put_scan(&clocks, lines, frame_bits, sync_line, out);
+		if (gate_line >= 0 && *codes++ == 1) {
+			xy3_add_frame(&clocks, lines, frame_bits, gate_line, ~0U);
+			held = BIT(gate_line);
+		}
+		out = xy3_put_scan(&clocks, lines, frame_bits, sync_line, held, out);
 	}
 }
 
 /**
  * xy3_encode_scans() - make the bytes of a block of scans
  * @map: the line map
- * @codes: positions, @map->axes of them for each scan; bits over xy3_code_max() are left off
+ * @codes: @map->columns numbers for each scan: positions, of which bits over xy3_code_max() are
+ *	   left off, and behind them the gate, which is high with 1 only
  * @scans: how many scans
  * @out: @scans times @map->scan_size bytes
  */
@@ -265,6 +280,41 @@ void xy3_encode_scans(const struct xy3_line_map *map, const u32 *codes, size_t s
 	case 8 << 8 | 32:
 		return xy3_put_positions(map, 8, 32, codes, scans, out);
 	}
+}
+
+/* Clear the gate's bit in all clocks of some bytes */
+static void xy3_clear_gate(const struct xy3_line_map *map, u8 *bytes, size_t size)
+{
+	for (size_t i = 0; i < size; i++)
+		for (unsigned int bit = map->gate_line; bit < 8; bit += map->lines)
+			bytes[i] &= ~BIT(bit);
+}
+
+/**
+ * xy3_lower_gate() - make a scan that does not ask for the gate
+ * @map: the line map, with a gate or without
+ * @scan: bytes of a scan out of xy3_encode_scans(); its positions stay
+ */
+void xy3_lower_gate(const struct xy3_line_map *map, u8 *scan)
+{
+	if (map->gate_line >= 0)
+		xy3_clear_gate(map, scan, map->scan_size);
+}
+
+/**
+ * xy3_lower_gate_behind() - make the gate low in the gap behind a scan
+ * @map: the line map, with a gate or without
+ * @scan: bytes of the scan
+ *
+ * For the last one before a pause, in which many a controller keeps the lines at their last bits.
+ * Where SYNC is the chip select there is no gap, and the gate stays as it is.
+ */
+void xy3_lower_gate_behind(const struct xy3_line_map *map, u8 *scan)
+{
+	size_t frames = map->frame_bits * map->lines / 8;
+
+	if (map->gate_line >= 0)
+		xy3_clear_gate(map, scan + frames, map->scan_size - frames);
 }
 
 /**
@@ -309,5 +359,5 @@ void xy3_encode_command_scan(const struct xy3_line_map *map, u32 command, u8 *ou
 		return;
 	}
 	xy3_add_frame(&clocks, map->lines, map->frame_bits, map->axis_line[0], frame);
-	xy3_put_scan(&clocks, map->lines, map->frame_bits, map->sync_line, out);
+	xy3_put_scan(&clocks, map->lines, map->frame_bits, map->sync_line, 0, out);
 }

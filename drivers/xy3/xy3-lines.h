@@ -14,6 +14,10 @@
  * own: low during a frame, high for the two clocks between frames, so that scans follow one
  * another in one unbroken stream.
  *
+ * A line that is left can carry a gate for the laser: high in all clocks of a scan that asks for
+ * it, those of the gap behind it among them, so that it has no dips while scans ask for it one
+ * after another. It is no interlock: a line keeps its last level when a controller hangs.
+ *
  * Pure functions: nothing here allocates, sleeps or knows a device.
  */
 #ifndef XY3_LINES_H
@@ -28,6 +32,9 @@
 /* The longest scan: 32 bits and the gap on 8 lines */
 #define XY3_SCAN_SIZE_MAX	((32 + XY3_GAP_CLOCKS) * XY3_LINES_MAX / 8)
 
+/* A scan has at most so many numbers: those of all axes, and the gate */
+#define XY3_COLUMNS_MAX		(XY3_AXES + 1)
+
 /**
  * enum xy3_signal - what a data line carries
  * @XY3_SIGNAL_X: frames of axis X
@@ -36,6 +43,7 @@
  * @XY3_SIGNAL_U: of U
  * @XY3_SIGNAL_W: of W
  * @XY3_SIGNAL_SYNC: SYNC
+ * @XY3_SIGNAL_GATE: the laser's gate
  * @XY3_SIGNAL_NONE: nothing, always low
  */
 enum xy3_signal {
@@ -45,6 +53,7 @@ enum xy3_signal {
 	XY3_SIGNAL_U	= XY3_AXIS_U,
 	XY3_SIGNAL_W	= XY3_AXIS_W,
 	XY3_SIGNAL_SYNC	= XY3_AXES,
+	XY3_SIGNAL_GATE,
 	XY3_SIGNAL_NONE
 };
 
@@ -57,6 +66,8 @@ enum xy3_signal {
  * @axis: which ones, by enum xy3_axis, in rising order; X is always there
  * @axis_line: the line of each of them
  * @sync_line: the line of SYNC, or -1 when it is the chip select
+ * @gate_line: the line of the gate, or -1 without one
+ * @columns: numbers of a scan: a code for each axis, and behind them 1 or 0 for the gate
  * @scan_size: bytes of one scan on the wire
  */
 struct xy3_line_map {
@@ -67,6 +78,8 @@ struct xy3_line_map {
 	u8 axis[XY3_AXES];
 	u8 axis_line[XY3_AXES];
 	s8 sync_line;
+	s8 gate_line;
+	u8 columns;
 	u8 scan_size;
 };
 
@@ -75,6 +88,8 @@ int xy3_line_map_init(struct xy3_line_map *map, unsigned int lines, unsigned int
 const u8 *xy3_default_signals(unsigned int lines, bool sync_is_line);
 
 void xy3_encode_scans(const struct xy3_line_map *map, const u32 *codes, size_t scans, u8 *out);
+void xy3_lower_gate(const struct xy3_line_map *map, u8 *scan);
+void xy3_lower_gate_behind(const struct xy3_line_map *map, u8 *scan);
 u32 xy3_position_word(const struct xy3_line_map *map, u32 code);
 u32 xy3_command_word(const struct xy3_line_map *map, u32 command);
 void xy3_encode_command_scan(const struct xy3_line_map *map, u32 command, u8 *out);

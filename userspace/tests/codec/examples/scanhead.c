@@ -85,19 +85,21 @@ static unsigned int read_signals(char *about, u8 *signal)
 				signal[lines] = axis;
 		if (!strcmp(word, "sync"))
 			signal[lines] = XY3_SIGNAL_SYNC;
+		if (!strcmp(word, "gate"))
+			signal[lines] = XY3_SIGNAL_GATE;
 		lines++;
 	}
 	return lines;
 }
 
-/* About: bits of a frame, and the signals. The words: a code for each axis, or a command. */
+/* About: bits of a frame, and the signals. The words: a code for each axis and 1 or 0 for the gate, or a command. */
 static void scan(struct example *example)
 {
 	char *about = example->about;
 	unsigned int frame_bits = strtoul(strsep(&about, " "), NULL, 10);
 	u8 signal[XY3_LINES_MAX];
 	struct xy3_line_map map;
-	u32 codes[XY3_AXES] = { };
+	u32 codes[XY3_COLUMNS_MAX] = { };
 	char *at = example->words;
 
 	example->size = 0;
@@ -109,7 +111,7 @@ static void scan(struct example *example)
 					example->bytes);
 		return;
 	}
-	for (unsigned int i = 0; i < map.axes; i++)
+	for (unsigned int i = 0; i < map.columns; i++)
 		codes[i] = strtoul(at, &at, 10);
 	xy3_encode_scans(&map, codes, 1, example->bytes);
 }

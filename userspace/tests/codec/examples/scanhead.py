@@ -49,6 +49,7 @@ def scan(about, _, words):
             made = wire.position_frame(int(codes.pop(0)), bits)
         levels[axis] = '{:0{}b}'.format(int.from_bytes(made, 'big'), bits)
     clocks = bits + GAP * ('sync' in signals)
+    levels['gate'] = (codes.pop(0) if codes else '0') * clocks
     stream = ''.join(levels[signal].ljust(clocks, '0')[clock]
                      for clock in range(clocks) for signal in reversed(signals))
     return int(stream, 2).to_bytes(len(stream) // 8, 'big'), words
