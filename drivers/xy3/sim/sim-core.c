@@ -82,6 +82,7 @@ static struct platform_device *sim_devices[XY3_SIM_HEADS_MAX];
 static const char * const sim_signal_names[] = {
 	"x", "y", "z", "u", "w",
 	[XY3_SIM_SYNC] = "sync",
+	[XY3_SIM_GATE] = "gate",
 	[XY3_SIM_NONE] = "-",
 };
 
@@ -173,6 +174,9 @@ void xy3_sim_reset_counts(struct xy3_sim *sim)
 	head->scans = 0;
 	head->short_gaps = 0;
 	head->stray_clocks = 0;
+	head->gate_scans = 0;
+	head->gate_torn = 0;
+	head->gate_commands = 0;
 	head->commands = 0;
 	head->unknown_commands = 0;
 	sim->bus = (struct xy3_sim_bus) { };

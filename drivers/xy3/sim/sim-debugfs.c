@@ -109,6 +109,14 @@ static void sim_stats_show(struct seq_file *seq, struct xy3_sim *sim, unsigned i
 		   head->stray_clocks, sim->record.count, sim->record.room);
 }
 
+static void sim_gate_show(struct seq_file *seq, struct xy3_sim *sim, unsigned int index)
+{
+	const struct xy3_sim_head *head = &sim->head;
+
+	seq_printf(seq, "high %d\nscans %llu\ntorn %llu\ncommands %llu\n", head->gate_high,
+		   head->gate_scans, head->gate_torn, head->gate_commands);
+}
+
 static void sim_signals_show(struct seq_file *seq, struct xy3_sim *sim, unsigned int index)
 {
 	for (unsigned int i = 0; i < sim->head.lines; i++)
@@ -190,6 +198,7 @@ static const struct xy3_sim_file sim_files[] = {
 	SIM_AXIS_COUNT(mode_errors),
 	SIM_AXIS_COUNT(idle),
 	{ "stats", sim_stats_show },
+	{ "gate", sim_gate_show },
 	{ "commands", sim_commands_show },
 	{ "state", sim_state_show },
 	{ "bus", sim_bus_show },

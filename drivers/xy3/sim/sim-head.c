@@ -270,12 +270,27 @@ static void sim_flip(struct xy3_sim *sim, unsigned int clocks)
 
 /* ---- a frame of all axes ---- */
 
+/* Whether the gate was high in all clocks of the frame; in a part of them is wrong */
+static bool sim_judge_gate(struct xy3_sim_head *head, unsigned int clocks)
+{
+	unsigned int high = 0;
+
+	if (head->gate < 0)
+		return false;
+	clocks = min_t(unsigned int, clocks, XY3_SIM_CLOCKS_MAX);
+	for (unsigned int i = 0; i < clocks; i++)
+		high += head->symbol[i] >> head->gate & 1;
+	head->gate_torn += high && high < clocks;
+	return high;
+}
+
 static void sim_end_frame(struct xy3_sim *sim)
 {
 	struct xy3_sim_head *head = &sim->head;
 	unsigned int clocks = head->clocks;
 	u32 codes[XY3_SIM_AXES];
-	bool scan = false;
+	u64 commands = head->commands;
+	bool scan = false, gate;
 
 	head->inside = false;
 	head->clocks = 0;
@@ -295,9 +310,12 @@ static void sim_end_frame(struct xy3_sim *sim)
 		codes[i] = good ? head->axis[i].code : XY3_SIM_NO_CODE;
 		scan |= good;
 	}
+	gate = sim_judge_gate(head, clocks);
+	head->gate_commands += gate && head->commands != commands;
 	if (scan) {
 		head->scans++;
-		xy3_sim_record_scan(sim, codes);
+		head->gate_scans += gate;
+		xy3_sim_record_scan(sim, codes, gate);
 	}
 }
 
@@ -316,6 +334,8 @@ static __always_inline void sim_clock(struct xy3_sim *sim, u8 symbol)
 {
 	struct xy3_sim_head *head = &sim->head;
 
+	if (head->gate >= 0)
+		head->gate_high = symbol >> head->gate & 1;
 	if (head->sync >= 0) {
 		if (symbol >> head->sync & 1) {
 			if (head->inside)
@@ -397,6 +417,8 @@ void xy3_sim_head_wire(struct xy3_sim *sim, unsigned int lines, const u8 *signal
 
 	head->lines = lines;
 	head->sync = -1;
+	head->gate = -1;
+	head->gate_high = false;
 	head->inside = false;
 	head->clocks = 0;
 	head->gap = XY3_SIM_GAP_CLOCKS;
@@ -408,5 +430,7 @@ void xy3_sim_head_wire(struct xy3_sim *sim, unsigned int lines, const u8 *signal
 			head->axis[signal[i]].line = i;
 		else if (signal[i] == XY3_SIM_SYNC)
 			head->sync = i;
+		else if (signal[i] == XY3_SIM_GATE)
+			head->gate = i;
 	}
 }

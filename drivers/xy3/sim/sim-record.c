@@ -2,7 +2,8 @@
 /*
  * Virtual XY3-100 compatible scanhead: what was received, scan by scan
  *
- *   record       a line of text for each scan, a code for each axis, - where it had none
+ *   record       a line of text for each scan, a code for each axis, - where it had none; with a
+ *                gate 1 or 0 behind them
  *   record.bin   the same in 32-bit numbers of the processor's byte order, FFFFFFFFh for -
  */
 
@@ -36,6 +37,7 @@ int xy3_sim_record_start(struct xy3_sim *sim, u32 scans, bool changes)
 		return -ERANGE;
 	for (unsigned int i = 0; i < XY3_SIM_AXES; i++)
 		axes += sim->head.axis[i].line >= 0;
+	axes += sim->head.gate >= 0;
 	if (scans && axes) {
 		codes = kvmalloc_array(scans, axes * sizeof(*codes), GFP_KERNEL);
 		if (!codes)
@@ -55,8 +57,9 @@ int xy3_sim_record_start(struct xy3_sim *sim, u32 scans, bool changes)
  * xy3_sim_record_scan() - a scan has been received
  * @sim: the head; its lock is held
  * @codes: of all axes
+ * @gate: it was high
  */
-void xy3_sim_record_scan(struct xy3_sim *sim, const u32 *codes)
+void xy3_sim_record_scan(struct xy3_sim *sim, const u32 *codes, bool gate)
 {
 	struct xy3_sim_record *record = &sim->record;
 	size_t size = record->axes * sizeof(*codes);
@@ -68,6 +71,8 @@ void xy3_sim_record_scan(struct xy3_sim *sim, const u32 *codes)
 	for (unsigned int i = 0, to = 0; i < XY3_SIM_AXES; i++)
 		if (sim->head.axis[i].line >= 0)
 			at[to++] = codes[i];
+	if (sim->head.gate >= 0)
+		at[record->axes - 1] = gate;
 	if (record->changes && record->count && !memcmp(at, at - record->axes, size))
 		return;
 	record->count++;

@@ -71,11 +71,13 @@ struct xy3_sim_config {
  * enum xy3_sim_signal - what a data line carries
  * @XY3_SIM_X: axis X; Y, Z, U and W follow
  * @XY3_SIM_SYNC: SYNC
+ * @XY3_SIM_GATE: the laser's gate
  * @XY3_SIM_NONE: nothing
  */
 enum xy3_sim_signal {
 	XY3_SIM_X,
 	XY3_SIM_SYNC = XY3_SIM_AXES,
+	XY3_SIM_GATE,
 	XY3_SIM_NONE
 };
 
@@ -116,6 +118,11 @@ struct xy3_sim_command {
  * @lines: data lines that it is wired to
  * @signal: what each carries
  * @sync: the line of SYNC, -1 when that is the chip select
+ * @gate: the line of the laser's gate, or -1
+ * @gate_high: its level in the last clock
+ * @gate_scans: scans in all clocks of which it was high
+ * @gate_torn: frames in which it was high for a part of the clocks only
+ * @gate_commands: commands with which it was high
  * @axis: the axes
  * @inside: SYNC is low: a frame is being received
  * @wrong_mode: in another SPI mode than 1
@@ -138,6 +145,11 @@ struct xy3_sim_head {
 	unsigned int lines;
 	u8 signal[XY3_SIM_LINES_MAX];
 	s8 sync;
+	s8 gate;
+	bool gate_high;
+	u64 gate_scans;
+	u64 gate_torn;
+	u64 gate_commands;
 	struct xy3_sim_axis axis[XY3_SIM_AXES];
 	bool inside;
 	bool wrong_mode;
@@ -159,7 +171,7 @@ struct xy3_sim_head {
 
 /**
  * struct xy3_sim_record - scans that are kept
- * @codes: of one scan after another, those of the axes that are on a line
+ * @codes: of one scan after another, those of the axes that are on a line, and 1 or 0 for a gate
  * @axes: how many these are
  * @room: scans that there is room for
  * @count: scans kept so far
@@ -464,7 +476,7 @@ u64 xy3_sim_bad_frames(const struct xy3_sim_axis *axis);
 
 /* sim-record.c */
 int xy3_sim_record_start(struct xy3_sim *sim, u32 scans, bool changes);
-void xy3_sim_record_scan(struct xy3_sim *sim, const u32 *codes);
+void xy3_sim_record_scan(struct xy3_sim *sim, const u32 *codes, bool gate);
 void xy3_sim_record_debugfs(struct xy3_sim *sim);
 
 /* sim-uart.c */

@@ -37,6 +37,8 @@ static void xy3_spread_channels(struct xy3_iio *iio, size_t scans)
 			}
 			*out++ = iio->position[i];
 		}
+		if (iio->stream.map.gate_line >= 0)
+			*out++ = test_bit(axes, mask) ? le32_to_cpu(*in++) : 0;
 	}
 	if (masked)
 		xy3_stream_count_masked(&iio->stream, masked);

@@ -20,6 +20,8 @@ static const char * const xy3_letters[XY3_AXES] = {
 	[XY3_AXIS_W] = "w",
 };
 
+#define XY3_GATE_LABEL	"gate"
+
 /* ---- one position ---- */
 
 static int xy3_read_raw(struct iio_dev *indio_dev, struct iio_chan_spec const *channel, int *value,
@@ -92,7 +94,8 @@ static int xy3_write_raw_get_fmt(struct iio_dev *indio_dev, struct iio_chan_spec
 static int xy3_read_label(struct iio_dev *indio_dev, struct iio_chan_spec const *channel,
 			  char *label)
 {
-	return sysfs_emit(label, "%s\n", xy3_letters[channel->address]);
+	return sysfs_emit(label, "%s\n", channel->type == IIO_ANGL ?
+			  xy3_letters[channel->address] : XY3_GATE_LABEL);
 }
 
 /* ---- settings and counters ---- */
@@ -224,7 +227,9 @@ static const struct iio_buffer_setup_ops xy3_setup_ops = {
 
 static void xy3_make_channels(struct xy3_iio *iio)
 {
-	for (unsigned int i = 0; i < iio->stream.map.axes; i++)
+	unsigned int axes = iio->stream.map.axes;
+
+	for (unsigned int i = 0; i < axes; i++)
 		iio->channels[i] = (struct iio_chan_spec) {
 			.type = IIO_ANGL,
 			.output = 1,
@@ -241,6 +246,20 @@ static void xy3_make_channels(struct xy3_iio *iio)
 			},
 		};
 	xy3_set_bits(iio, iio->stream.map.frame_bits);
+	/* no raw value: whatever is not a stream leaves the gate low */
+	iio->channels[axes] = (struct iio_chan_spec) {
+		.type = IIO_VOLTAGE,
+		.output = 1,
+		.indexed = 1,
+		.info_mask_shared_by_all = BIT(IIO_CHAN_INFO_SAMP_FREQ),
+		.scan_index = axes,
+		.scan_type = {
+			.sign = 'u',
+			.realbits = 1,
+			.storagebits = 32,
+			.endianness = IIO_LE,
+		},
+	};
 }
 
 /**
@@ -280,7 +299,7 @@ struct iio_dev *xy3_iio_register(struct spi_device *spi, const struct xy3_line_m
 	indio_dev->setup_ops = &xy3_setup_ops;
 	indio_dev->modes = INDIO_DIRECT_MODE | INDIO_BUFFER_SOFTWARE;
 	indio_dev->channels = iio->channels;
-	indio_dev->num_channels = map->axes;
+	indio_dev->num_channels = map->columns;
 
 	err = xy3_stream_init(&iio->stream);
 	if (err)

@@ -116,6 +116,7 @@ static const char * const xy3_signal_names[] = {
 	[XY3_SIGNAL_U] = "u",
 	[XY3_SIGNAL_W] = "w",
 	[XY3_SIGNAL_SYNC] = "sync",
+	[XY3_SIGNAL_GATE] = "gate",
 	[XY3_SIGNAL_NONE] = "-",
 };
 

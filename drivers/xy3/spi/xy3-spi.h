@@ -115,8 +115,10 @@ enum xy3_stream_stat {
  * @lent: messages for blocks that are ready and not full
  * @command_block: carries one command; in no list
  * @command_busy: it is on its way
+ * @closing: carries the last position with the gate low, when nothing else is sent; in no list
+ * @closed: it was sent for the error there is
  * @queued: blocks that the controller has
- * @last: the last scan that was given to the controller
+ * @last: the last scan that was given to the controller, with the gate low
  * @command_number: of the command that it carries
  * @commands: what @command_block is to carry next
  * @commands_taken: number of the last command that was taken; they are numbered one by one
@@ -154,6 +156,8 @@ struct xy3_stream {
 	struct list_head lent;
 	struct xy3_block *command_block;
 	bool command_busy;
+	struct xy3_block *closing;
+	bool closed;
 	unsigned int queued;
 	u8 last[XY3_SCAN_SIZE_MAX];
 	u32 command_number;
@@ -217,9 +221,9 @@ u64 xy3_stream_stat(struct xy3_stream *stream, enum xy3_stream_stat stat);
  * @access: what @buffer can do once the module may go
  * @stream: the stream
  * @lock: held while something is written to @buffer, and by who changes settings
- * @channels: one for each axis of the line map
+ * @channels: one for each axis of the line map, and one for its gate
  * @position: by channel, the code that was sent last, or is to be sent where a channel is not
- *	      part of the buffer
+ *	      part of the buffer; behind them the gate, which is low in all but streams
  * @input: what user space has written, before it is encoded
  * @codes: the same with the channels that are no part of it
  */
@@ -228,10 +232,10 @@ struct xy3_iio {
 	struct iio_buffer_access_funcs access;
 	struct xy3_stream stream;
 	struct mutex lock;	/* see above */
-	struct iio_chan_spec channels[XY3_AXES];
-	u32 position[XY3_AXES];
-	__le32 input[XY3_BLOCK_SCANS * XY3_AXES];
-	u32 codes[XY3_BLOCK_SCANS * XY3_AXES];
+	struct iio_chan_spec channels[XY3_COLUMNS_MAX];
+	u32 position[XY3_COLUMNS_MAX];
+	__le32 input[XY3_BLOCK_SCANS * XY3_COLUMNS_MAX];
+	u32 codes[XY3_BLOCK_SCANS * XY3_COLUMNS_MAX];
 };
 
 /* xy3-buffer.c */

@@ -57,7 +57,12 @@ static struct xy3_block *xy3_next_written(struct xy3_stream *stream)
 		stream->filling = NULL;
 	}
 	if (block) {
-		memcpy(stream->last, block->data + (block->scans - 1) * size, size);
+		u8 *last = block->data + (block->scans - 1) * size;
+
+		memcpy(stream->last, last, size);
+		xy3_lower_gate(&stream->map, stream->last);
+		/* nothing may follow for some time */
+		xy3_lower_gate_behind(&stream->map, last);
 		stream->primed = true;
 		stream->repeating = false;
 	}
@@ -93,6 +98,8 @@ static void xy3_block_recycle(struct xy3_block *block)
 
 	if (block == stream->command_block)
 		stream->command_busy = false;
+	else if (block == stream->closing)
+		return;
 	else if (block->repeats)
 		list_add_tail(&block->node, &stream->spare);
 	else
@@ -125,6 +132,29 @@ static void xy3_stream_fail(struct xy3_stream *stream, int err)
 
 static void xy3_block_done(void *context);
 
+/* What was written last, with the gate low. Return false when nothing could have raised it. */
+static bool xy3_make_closing(struct xy3_stream *stream)
+{
+	struct xy3_block *block = stream->closing;
+
+	if (stream->map.gate_line < 0 || !stream->primed)
+		return false;
+	block->scans = 1;
+	memcpy(block->data, stream->last, xy3_stream_scan_size(stream));
+	return true;
+}
+
+/* After an error the gate's line may be at any level; try once to make it low */
+static void xy3_close_after_error(struct xy3_stream *stream)
+{
+	lockdep_assert_held(&stream->lock);
+	if (!stream->error || stream->queued || stream->closed || !xy3_make_closing(stream))
+		return;
+	stream->closed = true;
+	if (!xy3_block_send(stream->closing, xy3_block_done))
+		stream->queued++;
+}
+
 /* Give the controller what there is. @late: only what has just been sent is to be followed. */
 static void xy3_pump(struct xy3_stream *stream, bool late)
 {
@@ -144,6 +174,7 @@ static void xy3_pump(struct xy3_stream *stream, bool late)
 		if (err) {
 			xy3_stream_fail(stream, err);
 			xy3_block_recycle(block);
+			xy3_close_after_error(stream);
 			return;
 		}
 		stream->queued++;
@@ -197,6 +228,7 @@ static void xy3_block_done(void *context)
 		}
 		xy3_block_recycle(block);
 		xy3_pump(stream, true);
+		xy3_close_after_error(stream);
 		/* under the lock, as the stream may be gone behind it */
 		wake_up_all(&stream->done);
 		if (stream->writers)
@@ -209,7 +241,7 @@ static void xy3_block_done(void *context)
 /**
  * xy3_stream_encode() - make the bytes of scans
  * @stream: the stream
- * @codes: positions, one for each axis of the line map and scan
+ * @codes: the columns of the line map for each scan
  * @scans: how many scans
  * @out: room for so many
  */
@@ -319,7 +351,7 @@ int xy3_stream_drain(struct xy3_stream *stream)
 /**
  * xy3_stream_position() - send one scan and wait until it has been sent
  * @stream: the stream, which does not run
- * @codes: a position for each axis of the line map
+ * @codes: a position for each axis of the line map, and behind them 0 for a gate
  *
  * Return: 0 or the controller's error.
  */
@@ -408,6 +440,7 @@ int xy3_stream_start(struct xy3_stream *stream)
 	guard(spinlock_irqsave)(&stream->lock);
 	stream->running = true;
 	stream->primed = false;
+	stream->closed = false;
 	stream->wanted = 0;
 	stream->error = 0;
 	stream->achieved = 0;
@@ -416,9 +449,33 @@ int xy3_stream_start(struct xy3_stream *stream)
 	return 0;
 }
 
+/*
+ * A controller keeps its lines at their last levels, or moves them as it likes: with a gate a
+ * stream ends with a scan that has it low.
+ */
+static void xy3_stream_close(struct xy3_stream *stream)
+{
+	bool wanted;
+	int err;
+
+	scoped_guard(spinlock_irqsave, &stream->lock) {
+		wanted = xy3_make_closing(stream);
+		stream->primed = false;
+	}
+	if (!wanted)
+		return;
+	err = xy3_block_send_now(stream->closing);
+	guard(spinlock_irqsave)(&stream->lock);
+	stream->stat[XY3_SCANS] += !err;
+	stream->stat[XY3_REPEATED] += !err;
+	stream->stat[XY3_ERRORS] += !!err;
+}
+
 /**
- * xy3_stream_stop() - send what was written, then stop: the last scan written is the last one sent
+ * xy3_stream_stop() - send what was written, then stop
  * @stream: the stream
+ *
+ * The last scan written is the last one sent; with a gate it is repeated once with the gate low.
  */
 void xy3_stream_stop(struct xy3_stream *stream)
 {
@@ -427,6 +484,7 @@ void xy3_stream_stop(struct xy3_stream *stream)
 		xy3_pump(stream, false);
 	}
 	wait_event(stream->done, xy3_stream_silent(stream));
+	xy3_stream_close(stream);
 	xy3_stream_unready(stream);
 }
 
@@ -621,11 +679,15 @@ int xy3_stream_init(struct xy3_stream *stream)
 	stream->command_block = xy3_block_new(stream, 1);
 	if (!stream->command_block)
 		return -ENOMEM;
-	err = xy3_blocks_new(stream, &stream->spare, XY3_BLOCKS_QUEUED, repeats);
+	stream->closing = xy3_block_new(stream, 1);
+	err = stream->closing ? xy3_blocks_new(stream, &stream->spare, XY3_BLOCKS_QUEUED, repeats) :
+				-ENOMEM;
 	if (err) {
+		xy3_block_free(stream->closing);
 		xy3_block_free(stream->command_block);
 		return err;
 	}
+	stream->closing->repeats = true;
 	list_for_each_entry(block, &stream->spare, node)
 		block->repeats = true;
 	return 0;
@@ -641,5 +703,6 @@ void xy3_stream_exit(struct xy3_stream *stream)
 	wait_event(stream->done, xy3_stream_idle(stream));
 	xy3_stream_no_blocks(stream);
 	xy3_blocks_free(&stream->spare);
+	xy3_block_free(stream->closing);
 	xy3_block_free(stream->command_block);
 }
