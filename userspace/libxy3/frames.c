@@ -10,6 +10,7 @@
 #include <linux/unaligned.h>
 
 #include "libxy3.h"
+#include "scans.h"
 #include "xy3-frame.h"
 #include "xy3-lines.h"
 
@@ -68,6 +69,8 @@ static int xy3_signal_of(const char *word, size_t length)
 {
 	if (length == 4 && !memcmp(word, "sync", 4))
 		return XY3_SIGNAL_SYNC;
+	if (length == 4 && !memcmp(word, "gate", 4))
+		return XY3_SIGNAL_GATE;
 	if (length != 1)
 		return -EINVAL;
 	if (*word == '-')
@@ -137,6 +140,19 @@ int xy3_line_map_axis(const struct xy3_line_map *map, unsigned int index)
 	return index < map->axes ? map->axis[index] : -EINVAL;
 }
 
+bool xy3_line_map_has_gate(const struct xy3_line_map *map)
+{
+	return map->gate_line >= 0;
+}
+
+int xy3_check_scans(const struct xy3_line_map *map, const uint32_t *codes, size_t scans)
+{
+	for (size_t i = 0; i < scans * map->columns; i++)
+		if (codes[i] > (i % map->columns < map->axes ? xy3_code_max(map) : 1))
+			return -ERANGE;
+	return 0;
+}
+
 size_t xy3_line_map_scan_size(const struct xy3_line_map *map)
 {
 	return map->scan_size;
@@ -146,11 +162,11 @@ int xy3_line_map_encode(const struct xy3_line_map *map, const uint32_t *codes, s
 			uint8_t *out)
 {
 	/* the codec leaves off what is over the code's bits */
-	for (size_t i = 0; i < scans * map->axes; i++)
-		if (codes[i] > xy3_code_max(map))
-			return -ERANGE;
-	xy3_encode_scans(map, codes, scans, out);
-	return 0;
+	int err = xy3_check_scans(map, codes, scans);
+
+	if (!err)
+		xy3_encode_scans(map, codes, scans, out);
+	return err;
 }
 
 int xy3_line_map_encode_command(const struct xy3_line_map *map, uint32_t command, uint8_t *out)

@@ -128,14 +128,14 @@ size_t xy3_frame_size(uint8_t first);
 
 /*
  * Which data line carries what. A scan is one position for each axis that is on a line, in the
- * order x y z u w.
+ * order x y z u w, and behind them 1 or 0 for the gate where a line carries one.
  */
 struct xy3_line_map;
 
 /*
  * lines: 1, 2, 4 or 8, in SPI single, dual, quad or octal mode; frame_bits: 24 or 32.
- * signals: a word for each line from IO0 on, blanks or commas between: x y z u w, sync, or - for
- * none; lines without a word carry nothing. Without sync SYNC is the chip select, which goes up
+ * signals: a word for each line from IO0 on, blanks or commas between: x y z u w, sync, gate, or -
+ * for none; lines without a word carry nothing. Without sync SYNC is the chip select, which goes up
  * and down for each scan; with it, on 4 or 8 lines, SYNC is part of one unbroken stream of bits.
  * NULL is as many of "x y z u w" as there are lines.
  * Return 0, -ENOMEM, or -EINVAL when there is no such arrangement.
@@ -144,9 +144,14 @@ int xy3_line_map_new(struct xy3_line_map **map, unsigned int lines, unsigned int
 		     const char *signals);
 void xy3_line_map_free(struct xy3_line_map *map);
 
-/* Codes of a scan, and which axis the one of this index is for; -EINVAL behind the last */
+/* Codes of a scan, without the gate, and which axis the one of this index is for; -EINVAL behind the last */
 unsigned int xy3_line_map_axes(const struct xy3_line_map *map);
 int xy3_line_map_axis(const struct xy3_line_map *map, unsigned int index);
+/*
+ * A line carries a laser's gate: it is high in all clocks of scans with 1, and low with commands.
+ * It is no interlock.
+ */
+bool xy3_line_map_has_gate(const struct xy3_line_map *map);
 /* Bytes of a scan on the wire, with the gap behind it when SYNC is a line */
 size_t xy3_line_map_scan_size(const struct xy3_line_map *map);
 /* The highest position code: 2^20 - 1 or 2^26 - 1 */
@@ -154,7 +159,8 @@ uint32_t xy3_code_max(const struct xy3_line_map *map);
 
 /*
  * The bytes of scans, and of a scan that carries a command on the line of x.
- * Return 0, or -ERANGE for a code or command that has more bits; then nothing is stored.
+ * Return 0, or -ERANGE for a code or command that has more bits, or a gate that is neither 0 nor 1;
+ * then nothing is stored.
  */
 int xy3_line_map_encode(const struct xy3_line_map *map, const uint32_t *codes, size_t scans,
 			uint8_t *out);
@@ -177,7 +183,8 @@ void xy3_spidev_close(struct xy3_spidev *spidev);
 
 /*
  * Send scans, and return when they have been sent. Where one message cannot hold them there are
- * several, with pauses between; meanwhile the head stays where it is.
+ * several, with pauses between; meanwhile the head stays where it is. With a gate each message ends
+ * with its last position once more and the gate low.
  * Return how many have been sent. When that is less, calling again with the rest tells why:
  * -ERANGE: a code has more bits, nothing was sent; -ESHUTDOWN: the device has gone; -EMSGSIZE:
  * not one scan fits into a message; -EINVAL: the kernel cannot send over so many lines (8 lines:
@@ -185,7 +192,7 @@ void xy3_spidev_close(struct xy3_spidev *spidev);
  * have been sent.
  */
 ssize_t xy3_spidev_write(struct xy3_spidev *spidev, const uint32_t *codes, size_t scans);
-/* Send the last scan so many times more. As above; -ENODATA when there was none. */
+/* Send the last scan so many times more, the gate low. As above; -ENODATA when there was none. */
 ssize_t xy3_spidev_repeat(struct xy3_spidev *spidev, size_t scans);
 /* Send a command, XY3_COMMAND_*. Return 0, -ERANGE, or an error as above. */
 int xy3_spidev_command(struct xy3_spidev *spidev, uint32_t command);

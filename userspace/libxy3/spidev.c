@@ -24,6 +24,7 @@
 #include <linux/spi/spidev.h>
 
 #include "libxy3.h"
+#include "scans.h"
 #include "xy3-lines.h"
 
 #define XY3_BUFSIZ		"/sys/module/spidev/parameters/bufsiz"
@@ -91,6 +92,12 @@ static int xy3_send(struct xy3_spidev *s, unsigned int scans)
 	return 0;
 }
 
+/* Behind a message a controller keeps the lines at their last levels: the gate must be low */
+static unsigned int xy3_closing(const struct xy3_spidev *s)
+{
+	return s->map.gate_line >= 0;
+}
+
 static void xy3_fill(struct xy3_spidev *s, const uint32_t *codes, unsigned int scans)
 {
 	if (codes) {
@@ -104,21 +111,28 @@ static void xy3_fill(struct xy3_spidev *s, const uint32_t *codes, unsigned int s
 /* Send @codes, or the last scan again if there are none. Return how many scans, or an error. */
 static ssize_t xy3_send_scans(struct xy3_spidev *s, const uint32_t *codes, size_t scans)
 {
-	unsigned int part;
+	unsigned int part, closing = xy3_closing(s);
 	size_t done = 0;
+	uint8_t *last;
 	int err;
 
 	while (done < scans) {
 		part = min((size_t)s->block, scans - done);
-		xy3_fill(s, codes ? codes + done * s->map.axes : NULL, part);
-		err = xy3_send(s, part);
+		xy3_fill(s, codes ? codes + done * s->map.columns : NULL, part);
+		last = s->bytes + (part - 1) * s->map.scan_size;
+		if (closing) {
+			memcpy(last + s->map.scan_size, last, s->map.scan_size);
+			last += s->map.scan_size;
+			xy3_lower_gate(&s->map, last);
+		}
+		err = xy3_send(s, part + closing);
 		if (err == -EMSGSIZE && part > 1) {
 			s->block = part / 2;
 			continue;
 		}
 		if (err)
 			return done ? (ssize_t)done : err;
-		memcpy(s->last, s->bytes + (part - 1) * s->map.scan_size, s->map.scan_size);
+		memcpy(s->last, last, s->map.scan_size);
 		s->sent = true;
 		done += part;
 	}
@@ -127,10 +141,9 @@ static ssize_t xy3_send_scans(struct xy3_spidev *s, const uint32_t *codes, size_
 
 ssize_t xy3_spidev_write(struct xy3_spidev *spidev, const uint32_t *codes, size_t scans)
 {
-	for (size_t i = 0; i < scans * spidev->map.axes; i++)
-		if (codes[i] > xy3_code_max(&spidev->map))
-			return -ERANGE;
-	return xy3_send_scans(spidev, codes, scans);
+	int err = xy3_check_scans(&spidev->map, codes, scans);
+
+	return err ? err : xy3_send_scans(spidev, codes, scans);
 }
 
 ssize_t xy3_spidev_repeat(struct xy3_spidev *spidev, size_t scans)
@@ -208,11 +221,11 @@ static size_t xy3_bufsiz(void)
 /* Room for a message that is as long as can be */
 static int xy3_make_room(struct xy3_spidev *s)
 {
-	size_t scans = max(xy3_bufsiz() / s->map.scan_size, (size_t)1);
+	size_t least = 1 + xy3_closing(s), scans = max(xy3_bufsiz() / s->map.scan_size, least);
 
 	if (xy3_cs_is_sync(s))
 		scans = min(scans, XY3_TRANSFERS_MAX);
-	s->block = scans;
+	s->block = scans - xy3_closing(s);
 	s->bytes = malloc(scans * s->map.scan_size);
 	s->transfers = calloc(xy3_cs_is_sync(s) ? scans : 1, sizeof(*s->transfers));
 	return s->bytes && s->transfers ? 0 : -ENOMEM;

@@ -363,6 +363,31 @@ static void scans(void)
 	}
 }
 
+/* X at 0, and the gate: of each clock's two bits the higher one */
+static void gate(void)
+{
+	static const uint8_t want[12] = { 0xba, 0xaa, 0xaa, 0xaa, 0xaa, 0xaa, 0x10 };
+	uint32_t codes[] = { 0, 1, 0, 0 };
+	struct xy3_line_map *map;
+	uint8_t out[12];
+
+	CHECK(xy3_line_map_new(&map, 2, 24, "gate") == -EINVAL);
+	CHECK(xy3_line_map_new(&map, 4, 24, "x gate gate") == -EINVAL);
+	CHECK(xy3_line_map_new(&map, 2, 24, "x y") == 0);
+	CHECK(!xy3_line_map_has_gate(map));
+	xy3_line_map_free(map);
+	CHECK(xy3_line_map_new(&map, 2, 24, "x gate") == 0);
+	CHECK(xy3_line_map_has_gate(map) && xy3_line_map_axes(map) == 1);
+	CHECK(xy3_line_map_encode(map, codes, 2, out) == 0);
+	CHECK(!memcmp(out, want, sizeof(want)));
+	codes[3] = 2;
+	CHECK(xy3_line_map_encode(map, codes, 2, out) == -ERANGE);
+	codes[3] = 0;
+	codes[2] = 1 << 20;
+	CHECK(xy3_line_map_encode(map, codes, 2, out) == -ERANGE);
+	xy3_line_map_free(map);
+}
+
 static void codes_out_of_range(void)
 {
 	uint32_t codes[] = { 1, 1 << 20 };
@@ -392,5 +417,6 @@ int main(void)
 	RUN(map_of_own_order);
 	RUN(scans);
 	RUN(codes_out_of_range);
+	RUN(gate);
 	return check_end("api");
 }

@@ -401,6 +401,36 @@ static void repeat_and_command(void)
 	xy3_line_map_free(map);
 }
 
+/* Whatever a message's length: the last scan of each has the gate low, the others as they were */
+static void gate_is_low_behind_each_message(void)
+{
+	static const uint8_t high[6] = { 0xba, 0xaa, 0xaa, 0xaa, 0xaa, 0xaa };
+	struct xy3_spidev *spidev;
+	struct xy3_line_map *map;
+	uint32_t codes[2 * 1000];
+	unsigned int lows = 0;
+
+	for (unsigned int i = 0; i < 2 * 1000; i++)
+		codes[i] = i % 2;
+	device_new();
+	CHECK(xy3_line_map_new(&map, 2, 24, "x gate") == 0);
+	CHECK(xy3_spidev_open(&spidev, "/dev/null", map, 0) == 0);
+	CHECK(xy3_spidev_write(spidev, codes, 1000) == 1000);
+	CHECK(device.size == (1000 + device.messages) * 6);
+	for (size_t at = 0; at < device.size; at += 6) {
+		lows += device.received[at] == 0x10;
+		CHECK(device.received[at] == 0x10 || !memcmp(device.received + at, high, 6));
+	}
+	CHECK(device.messages > 1 && lows == device.messages);
+	CHECK(device.received[device.size - 6] == 0x10);
+	device.size = 0;
+	CHECK(xy3_spidev_repeat(spidev, 5) == 5);
+	for (size_t at = 0; at < device.size; at += 6)
+		CHECK(device.received[at] == 0x10);
+	xy3_spidev_close(spidev);
+	xy3_line_map_free(map);
+}
+
 int main(void)
 {
 	RUN(mode_and_lines);
@@ -414,5 +444,6 @@ int main(void)
 	RUN(not_one_scan_fits);
 	RUN(error_in_the_middle);
 	RUN(repeat_and_command);
+	RUN(gate_is_low_behind_each_message);
 	return check_end("spidev");
 }
