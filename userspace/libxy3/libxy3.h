@@ -166,6 +166,24 @@ int xy3_line_map_encode(const struct xy3_line_map *map, const uint32_t *codes, s
 			uint8_t *out);
 int xy3_line_map_encode_command(const struct xy3_line_map *map, uint32_t command, uint8_t *out);
 
+/* ---- forward channel: the laser's gate, earlier or later than its scans ---- */
+
+/*
+ * A laser takes its time to go on and off, and mirrors to follow: the gate's edges are shifted
+ * against the positions, by scans, which may be negative. It is no interlock.
+ */
+struct xy3_gate;
+
+/* For scans of so many axes and the gate. Return 0, -EINVAL or -ENOMEM. */
+int xy3_gate_new(struct xy3_gate **gate, unsigned int axes, int on_delay, int off_delay);
+void xy3_gate_free(struct xy3_gate *gate);
+/*
+ * Put a scan in, and get one out. With negative delays the first place comes out some times more.
+ * When all are put in, the rest comes out with NULL in place of a scan, xy3_gate_rest() times.
+ */
+void xy3_gate_next(struct xy3_gate *gate, const uint32_t *scan, uint32_t *out);
+size_t xy3_gate_rest(const struct xy3_gate *gate);
+
 /* ---- forward channel: through /dev/spidevB.C ---- */
 
 struct xy3_spidev;

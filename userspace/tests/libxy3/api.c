@@ -388,6 +388,45 @@ static void gate(void)
 	xy3_line_map_free(map);
 }
 
+/* A letter for each scan that comes out: its place, large where the gate is high */
+static void shifted(int on, int off, const char *in, const char *want)
+{
+	size_t count = strlen(in), n = 0;
+	struct xy3_gate *gate;
+	uint32_t out[2];
+	char got[64];
+
+	CHECK(xy3_gate_new(&gate, 1, on, off) == 0);
+	for (size_t i = 0; i < count + xy3_gate_rest(gate); i++) {
+		uint32_t scan[] = { i, i < count && in[i] == '#' };
+
+		xy3_gate_next(gate, i < count ? scan : NULL, out);
+		got[n++] = (out[1] ? 'A' : 'a') + out[0];
+	}
+	got[n] = '\0';
+	if (strcmp(got, want))
+		printf("    %d %d: %s, not %s\n", on, off, got, want);
+	CHECK(!strcmp(got, want));
+	xy3_gate_free(gate);
+}
+
+static void shifted_gate(void)
+{
+	struct xy3_gate *gate;
+
+	shifted(0, 0, ".##.#", "aBCdE");
+	shifted(2, 2, ".##..", "abcDEee");
+	shifted(-1, -1, ".##..", "aABcde");
+	shifted(1, 2, "##..", "aBCDdd");
+	shifted(2, 1, "###.#...", "abCDefghhh");
+	shifted(-1, 2, "..#..", "aaBCDEee");
+	shifted(3, 3, "..##", "abcddDD");
+	CHECK(xy3_gate_new(&gate, 0, 0, 0) == -EINVAL);
+	CHECK(xy3_gate_new(&gate, 6, 0, 0) == -EINVAL);
+	CHECK(xy3_gate_new(&gate, 1, -2000000, 0) == -EINVAL);
+	xy3_gate_free(NULL);
+}
+
 static void codes_out_of_range(void)
 {
 	uint32_t codes[] = { 1, 1 << 20 };
@@ -418,5 +457,6 @@ int main(void)
 	RUN(scans);
 	RUN(codes_out_of_range);
 	RUN(gate);
+	RUN(shifted_gate);
 	return check_end("api");
 }
