@@ -346,6 +346,55 @@ class TestPackets(Case):
         assert xy3ctl.run('packets', '/run/capture')[0] == status
 
 
+class TestGate(Case):
+    def gated(self):
+        forward = self.head(4, 'line')
+        forward.set_sim('signals', 'sync x y gate')
+        write_file(forward.spi + 'line_map', 'sync x y gate')
+        forward.find()
+        return forward
+
+    def places(self, forward, *options):
+        """-> X of the scans with the gate high, of ten of which the fourth and fifth ask for it"""
+        with open('/run/scans', 'w', encoding='ascii') as file:
+            for i in range(10):
+                file.write('%d 5%s\n' % (i, ' 1' if i in (3, 4) else ' 0' * (i % 2)))
+        forward.record(1000)
+        status, _, errors = xy3ctl.run('stream', '--codes', '-r', '50000', *options, '/run/scans')
+        assert (status, errors) == (OK, '')
+        rows = [row.split() for row in forward.sim('record').splitlines()]
+        assert [row[0] for row in rows][-1] == '9'
+        return [int(x) for x, _, gate in rows if gate == '1']
+
+    def test_column_and_delays(self):
+        forward = self.gated()
+        assert self.places(forward) == [3, 4]
+        assert self.places(forward, '--gate-on-delay', '40', '--gate-off-delay=40') == [5, 6]
+        assert self.places(forward, '--gate-on-delay=-60', '--gate-off-delay=-20') == [0, 1, 2, 3]
+        assert self.places(forward, '--gate-on-delay=40') == []
+        assert self.places(forward, '--gate-off-delay=20') == [3, 4, 5]
+
+    def test_shape(self):
+        forward = self.gated()
+        for options, count in (((), 0), (('--gate',), 100)):
+            before = forward.sim_number('gate', 'scans')
+            assert xy3ctl.run('stream', 'circle', '--points=100', *options)[0] == OK
+            assert forward.sim_number('gate', 'scans') - before == count
+            assert forward.sim_number('gate', 'high') == 0
+
+    def test_refused(self):
+        self.gated()
+        with open('/run/scans', 'w', encoding='ascii') as file:
+            file.write('0 0 2\n')
+        status, _, errors = xy3ctl.run('stream', '--codes', '/run/scans')
+        assert status != OK and 'neither 0 nor 1' in errors
+
+    def test_no_gate(self):
+        self.head(4, 'line')
+        status, _, errors = xy3ctl.run('stream', 'circle', '--gate')
+        assert status != OK and 'no gate' in errors
+
+
 class TestCommanding(Case):
     def test_commands(self):
         forward = self.head(2, 'cs')

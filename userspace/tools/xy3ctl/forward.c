@@ -20,6 +20,7 @@
 struct forward {
 	char name[64];
 	unsigned int axes;
+	bool gate;
 	uint32_t top;
 	long rate;
 	/* IIO */
@@ -42,7 +43,7 @@ static const struct argp_option forward_options[] = {
 	  "Use a plain /dev/spidevB.C, where xy3-spi cannot be used", 6 },
 	{ "lines", KEY_LINES, "1|2|4|8", 0, "Data lines of the spidev (1)", 6 },
 	{ "map", KEY_MAP, "SIGNALS", 0,
-	  "What each line of the spidev carries, from IO0 on: x y z u w sync -", 6 },
+	  "What each line of the spidev carries, from IO0 on: x y z u w sync gate -", 6 },
 	{ 0 }
 };
 
@@ -141,6 +142,7 @@ static int find_head(struct head *head, const char *device)
 static int iio_open(struct forward *forward, const struct forward_settings *settings,
 		    const char *device)
 {
+	char path[96], label[8];
 	long long bits, rate;
 	int status;
 
@@ -162,6 +164,8 @@ static int iio_open(struct forward *forward, const struct forward_settings *sett
 	    head_read_iio(&forward->head, "sampling_frequency", &rate))
 		return cli_no_device("%s has gone", forward->name);
 	forward->axes = head_axes(&forward->head);
+	snprintf(path, sizeof(path), "forward/%s/out_voltage0_label", forward->head.iio);
+	forward->gate = head_read(&forward->head, path, label, sizeof(label)) > 0;
 	/* <linux/xy3.h>: 20 data bits in 24, 26 in 32 */
 	forward->top = bits == 32 ? (1u << 26) - 1 : (1u << 20) - 1;
 	forward->rate = rate;
@@ -176,6 +180,11 @@ static int iio_start(struct forward *forward)
 	for (unsigned int i = 0; i < forward->axes; i++) {
 		snprintf(name, sizeof(name), "scan_elements/out_angl%u_en", i);
 		status = iio_set(forward, name, 1);
+		if (status)
+			return status;
+	}
+	if (forward->gate) {
+		status = iio_set(forward, "scan_elements/out_voltage0_en", 1);
 		if (status)
 			return status;
 	}
@@ -197,13 +206,13 @@ static int iio_start(struct forward *forward)
 
 static int iio_write(struct forward *forward, const uint32_t *codes, size_t scans, size_t *written)
 {
-	static uint32_t data[1024 * XY3_AXES];	/* little endian */
-	size_t size = 4 * forward->axes;
+	static uint32_t data[1024 * FORWARD_COLUMNS_MAX];	/* little endian */
+	size_t size = 4 * (forward->axes + forward->gate);
 	ssize_t taken;
 
 	if (scans > sizeof(data) / size)
 		scans = sizeof(data) / size;
-	for (size_t i = 0; i < scans * forward->axes; i++)
+	for (size_t i = 0; i < scans * size / 4; i++)
 		data[i] = htole32(codes[i]);
 	taken = write(forward->fd, data, scans * size);
 	if (taken >= 0) {
@@ -254,6 +263,7 @@ static int spidev_open(struct forward *forward, const struct forward_settings *s
 	if (error)
 		return spidev_failed(forward, error);
 	forward->axes = xy3_line_map_axes(forward->map);
+	forward->gate = xy3_line_map_has_gate(forward->map);
 	forward->top = xy3_code_max(forward->map);
 	forward->rate = xy3_spidev_rate(forward->spidev);
 	return CLI_OK;
@@ -311,6 +321,11 @@ unsigned int forward_axes(const struct forward *forward)
 	return forward->axes;
 }
 
+bool forward_gate(const struct forward *forward)
+{
+	return forward->gate;
+}
+
 /* IIO's channels are those axes that are on a line, in their order; the label says which */
 static enum xy3_axis iio_axis(const struct forward *forward, unsigned int index)
 {
@@ -339,7 +354,7 @@ uint32_t forward_top(const struct forward *forward)
 
 int forward_move(struct forward *forward, const uint32_t *codes, const bool *chosen)
 {
-	uint32_t scan[XY3_AXES];
+	uint32_t scan[FORWARD_COLUMNS_MAX] = { 0 };	/* the gate is low */
 	char name[32];
 	size_t written;
 	int status;

@@ -31,6 +31,9 @@ extern const struct argp_child forward_children[];
 
 struct forward;
 
+/* Numbers of a scan, at most: all axes and the gate */
+#define FORWARD_COLUMNS_MAX (XY3_AXES + 1)
+
 /* device: name of the head, or NULL for the first one that has a forward channel */
 int forward_open(struct forward **forward, const struct forward_settings *settings,
 		 const char *device);
@@ -39,6 +42,8 @@ void forward_close(struct forward *forward);
 const char *forward_name(const struct forward *forward);
 /* Codes of a scan; the axis of each; and the highest code */
 unsigned int forward_axes(const struct forward *forward);
+/* A scan of a stream has 1 or 0 for the laser's gate behind its codes; it is no interlock */
+bool forward_gate(const struct forward *forward);
 enum xy3_axis forward_axis(const struct forward *forward, unsigned int index);
 uint32_t forward_top(const struct forward *forward);
 

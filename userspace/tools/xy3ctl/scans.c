@@ -25,8 +25,16 @@ static void put(const struct scans *scans, uint32_t *scan, enum xy3_axis axis, u
 		scan[scans->index_of[axis]] = code;
 }
 
+/* Numbers of a scan */
+static unsigned int columns(const struct scans *scans)
+{
+	return scans->axes + scans->gate;
+}
+
 static void middle(const struct scans *scans, uint32_t *scan)
 {
+	if (scans->gate)
+		scan[scans->axes] = 0;
 	for (unsigned int i = 0; i < scans->axes; i++)
 		scan[i] = code_of(scans, 0);
 }
@@ -38,7 +46,7 @@ static long next_of_shape(struct scans *scans, uint32_t *codes, size_t count)
 	double x, y;
 	size_t i;
 
-	for (i = 0; i < count && scans->left; i++, codes += scans->axes) {
+	for (i = 0; i < count && scans->left; i++, codes += columns(scans)) {
 		/* the last one is at the end of the path, which is where it began */
 		double way = (double)(scans->done % scans->points) / scans->points;
 
@@ -46,6 +54,8 @@ static long next_of_shape(struct scans *scans, uint32_t *codes, size_t count)
 		middle(scans, codes);
 		put(scans, codes, XY3_AXIS_X, code_of(scans, x * scans->size));
 		put(scans, codes, XY3_AXIS_Y, code_of(scans, y * scans->size));
+		if (scans->gate)
+			codes[scans->axes] = scans->shape_gate && scans->done;
 		scans->done++;
 		if (scans->left != ULONG_MAX)
 			scans->left--;
@@ -62,14 +72,18 @@ static int line_wrong(const struct scans *scans, const char *what)
 }
 
 /* One number of a line, as a code. Return 0, or -1. */
-static int take_number(struct scans *scans, char **text, uint32_t *code)
+static int take_number(struct scans *scans, char **text, uint32_t *code, bool gate)
 {
 	char *end;
 	double number = strtod(*text, &end);
 
 	if (end == *text || !isfinite(number) || (*end && !strchr(" \t,;\r\n", *end)))
 		return line_wrong(scans, "not a number");
-	if (scans->codes) {
+	if (gate) {
+		if (number != 0 && number != 1)
+			return line_wrong(scans, "a gate that is neither 0 nor 1");
+		*code = number;
+	} else if (scans->codes) {
 		if (number < 0 || number > scans->top || number != floor(number))
 			return line_wrong(scans, "not a code that a frame can have");
 		*code = number;
@@ -92,10 +106,11 @@ static int take_line(struct scans *scans, char *text, uint32_t *scan)
 		return 0;
 	middle(scans, scan);
 	while (*text) {
-		if (count == scans->axes)
+		if (count == columns(scans))
 			return line_wrong(scans, "more numbers than the head has axes");
-		if (take_number(scans, &text, &scan[count++]))
+		if (take_number(scans, &text, &scan[count], count == scans->axes))
 			return -1;
+		count++;
 		text += strspn(text, " \t,;\r\n");
 	}
 	return 1;
@@ -109,7 +124,7 @@ static long next_of_lines(struct scans *scans, uint32_t *codes, size_t count)
 
 	while (done < count && taken >= 0 && getline(&text, &size, scans->file) >= 0) {
 		scans->line++;
-		taken = take_line(scans, text, codes + done * scans->axes);
+		taken = take_line(scans, text, codes + done * columns(scans));
 		done += taken > 0;
 	}
 	free(text);
@@ -126,7 +141,7 @@ static long next_of_lines(struct scans *scans, uint32_t *codes, size_t count)
 
 static long next_of_raw(struct scans *scans, uint32_t *codes, size_t count)
 {
-	size_t size = 4 * scans->axes, wanted = count * size, got;
+	size_t size = 4 * columns(scans), wanted = count * size, got;
 
 	got = fread(codes, 1, wanted, scans->file);
 	if (got < wanted && ferror(scans->file) && errno != EINTR) {
@@ -135,14 +150,16 @@ static long next_of_raw(struct scans *scans, uint32_t *codes, size_t count)
 	}
 	if (got % size) {
 		cli_error("%s: ends in the middle of a scan of %u codes of 4 bytes", scans->name,
-			  scans->axes);
+			  columns(scans));
 		return -1;
 	}
 	for (size_t i = 0; i < got / 4; i++) {
+		uint32_t top = i % columns(scans) < scans->axes ? scans->top : 1;
+
 		codes[i] = le32toh(codes[i]);
-		if (codes[i] > scans->top) {
+		if (codes[i] > top) {
 			cli_error("%s: a code is %u, and %u is the highest", scans->name, codes[i],
-				  scans->top);
+				  top);
 			return -1;
 		}
 	}

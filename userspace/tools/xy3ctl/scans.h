@@ -16,6 +16,8 @@ struct shape;
 
 struct scans {
 	unsigned int axes;	/* codes of a scan */
+	bool gate;		/* behind them is 1 or 0 for the gate */
+	bool shape_gate;	/* a shape asks for it, but for the way to its first place */
 	uint32_t top;		/* the highest code */
 	int index_of[XY3_AXES];	/* of an axis in a scan; -1: not there */
 

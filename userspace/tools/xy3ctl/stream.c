@@ -32,9 +32,13 @@ struct settings {
 	bool repeat_for_ever;
 	bool raw;
 	bool codes;
+	bool gate;
+	double gate_on_us;
+	double gate_off_us;
 };
 
-enum { KEY_SIZE = 0x100, KEY_POINTS, KEY_REPEAT, KEY_RAW, KEY_CODES };
+enum { KEY_SIZE = 0x100, KEY_POINTS, KEY_REPEAT, KEY_RAW, KEY_CODES, KEY_GATE,
+       KEY_GATE_ON, KEY_GATE_OFF };
 
 static const struct argp_option options[] = {
 	{ "size", KEY_SIZE, "PART", 0, "Radius of a shape's circle, from 0 to 1 (0.9)", 0 },
@@ -43,8 +47,22 @@ static const struct argp_option options[] = {
 	{ "codes", KEY_CODES, NULL, 0, "Numbers of FILE are codes, not -1 to 1", 1 },
 	{ "raw", KEY_RAW, NULL, 0,
 	  "FILE has codes of 32 bits, least significant byte first, one for each axis", 1 },
+	{ "gate", KEY_GATE, NULL, 0, "A shape asks for the laser's gate", 2 },
+	{ "gate-on-delay", KEY_GATE_ON, "US", 0,
+	  "The gate rises so many microseconds later; earlier when negative", 2 },
+	{ "gate-off-delay", KEY_GATE_OFF, "US", 0, "The same for its fall", 2 },
 	{ 0 }
 };
+
+static double delay_of(const char *text, struct argp_state *state)
+{
+	char *end;
+	double number = strtod(text, &end);
+
+	if (end == text || *end || !(fabs(number) <= 1e6))
+		argp_error(state, "%s is no number of microseconds, of a second at most", text);
+	return number;
+}
 
 static double number_of(const char *text, struct argp_state *state)
 {
@@ -85,6 +103,15 @@ static error_t parse(int key, char *argument, struct argp_state *state)
 	case KEY_CODES:
 		settings->codes = true;
 		return 0;
+	case KEY_GATE:
+		settings->gate = true;
+		return 0;
+	case KEY_GATE_ON:
+		settings->gate_on_us = delay_of(argument, state);
+		return 0;
+	case KEY_GATE_OFF:
+		settings->gate_off_us = delay_of(argument, state);
+		return 0;
 	case ARGP_KEY_ARG:
 		if (settings->source)
 			argp_error(state, "one FILE or shape is enough");
@@ -105,7 +132,8 @@ static const struct argp argp = {
 	       "FILE, which is standard input when it is -, has a scan a line: numbers from -1 to "
 	       "1 "
 	       "with blanks or commas between, X first; axes that a line leaves out are in the "
-	       "middle. Empty lines and those that begin with # are left out. The stream ends when "
+	       "middle. Where the line map has a gate, a number behind those of all axes is 1 or 0 for "
+	       "it; it is no interlock. Empty lines and those that begin with # are left out. The stream ends when "
 	       "the last scan has been sent, or after SIGINT when those have been sent that were "
 	       "taken; the mirrors stay where they are then. At the end it tells how many scans "
 	       "have "
@@ -177,21 +205,39 @@ static int write_piece(struct forward *forward, const uint32_t *codes, size_t co
 		status = forward_write(forward, codes, count, &written);
 		if (status)
 			return status;
-		codes += written * forward_axes(forward);
+		codes += written * (forward_axes(forward) + forward_gate(forward));
 		result->scans += written;
 	}
 	return CLI_OK;
 }
 
-static int pump(struct forward *forward, struct scans *scans, struct progress *progress,
-		struct result *result)
+/* The next scans, their gate shifted; at the end those that are still to come out of it */
+static long next_piece(struct scans *scans, struct xy3_gate *gate, size_t *rest, uint32_t *codes)
 {
-	static uint32_t codes[PIECE * XY3_AXES];
+	long count = scans_next(scans, codes, PIECE);
+	bool end = !count;
+
+	if (!gate || count < 0)
+		return count;
+	if (end) {
+		count = *rest < PIECE ? *rest : PIECE;
+		*rest -= count;
+	}
+	for (long i = 0; i < count; i++, codes += scans->axes + 1)
+		xy3_gate_next(gate, end ? NULL : codes, codes);
+	return count;
+}
+
+static int pump(struct forward *forward, struct scans *scans, struct xy3_gate *gate,
+		struct progress *progress, struct result *result)
+{
+	static uint32_t codes[PIECE * FORWARD_COLUMNS_MAX];
+	size_t rest = gate ? xy3_gate_rest(gate) : 0;
 	int status = CLI_OK;
 	long count, rate;
 
 	while (!status && !cli_interrupted()) {
-		count = scans_next(scans, codes, PIECE);
+		count = next_piece(scans, gate, &rest, codes);
 		if (count <= 0)
 			return count ? CLI_FAILURE : CLI_OK;
 		status = write_piece(forward, codes, count, result);
@@ -232,7 +278,7 @@ static int report(const struct settings *settings, const struct forward *forward
 }
 
 static int stream(const struct settings *settings, struct forward *forward, struct scans *scans,
-		  struct progress *progress)
+		  struct xy3_gate *gate, struct progress *progress)
 {
 	struct result result = { 0 };
 	double start;
@@ -243,7 +289,7 @@ static int stream(const struct settings *settings, struct forward *forward, stru
 		return status;
 	cli_catch_signals();
 	start = now();
-	status = pump(forward, scans, progress, &result);
+	status = pump(forward, scans, gate, progress, &result);
 	/* also after an error: what was taken is sent, and nothing runs on */
 	end = status == CLI_NO_DEVICE ? status : forward_stop(forward);
 	result.seconds = now() - start;
@@ -286,11 +332,28 @@ static int open_shape(const struct settings *settings, struct scans *scans,
 	return CLI_OK;
 }
 
+/* Return an enum cli_status */
+static int make_gate(const struct settings *settings, const struct forward *forward,
+		     struct xy3_gate **gate)
+{
+	double each = 1e6 / forward_rate(forward);
+	int error;
+
+	if (!settings->gate && !settings->gate_on_us && !settings->gate_off_us)
+		return CLI_OK;
+	if (!forward_gate(forward))
+		return cli_usage("%s has no gate in its line map", forward_name(forward));
+	error = xy3_gate_new(gate, forward_axes(forward), lrint(settings->gate_on_us / each),
+			     lrint(settings->gate_off_us / each));
+	return error ? cli_errno(error, "gate") : CLI_OK;
+}
+
 int stream_verb(int argc, char **argv)
 {
 	struct settings settings = { .size = 0.9, .repeat = 1 };
 	struct progress progress = { 0 };
 	struct scans scans = { 0 };
+	struct xy3_gate *gate = NULL;
 	struct forward *forward;
 	int status;
 
@@ -310,7 +373,12 @@ int stream_verb(int argc, char **argv)
 		scans.index_of[axis] = -1;
 	for (unsigned int i = 0; i < scans.axes; i++)
 		scans.index_of[forward_axis(forward, i)] = i;
-	status = stream(&settings, forward, &scans, &progress);
+	scans.gate = forward_gate(forward);
+	scans.shape_gate = settings.gate;
+	status = make_gate(&settings, forward, &gate);
+	if (!status)
+		status = stream(&settings, forward, &scans, gate, &progress);
+	xy3_gate_free(gate);
 	forward_close(forward);
 	return status;
 }
