@@ -109,6 +109,6 @@ void xy3_gate_next(struct xy3_gate *gate, const uint32_t *scan, uint32_t *out)
 		in[gate->columns - 1] = 0;
 	}
 	gate->count++;
-	memcpy(out, xy3_gate_at(gate, max(place, (int64_t)0)), size);
+	memcpy(out, xy3_gate_at(gate, max_t(int64_t, place, 0)), size);
 	out[gate->columns - 1] = xy3_gate_is_high(gate, place);
 }

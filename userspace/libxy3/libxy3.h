@@ -144,7 +144,10 @@ int xy3_line_map_new(struct xy3_line_map **map, unsigned int lines, unsigned int
 		     const char *signals);
 void xy3_line_map_free(struct xy3_line_map *map);
 
-/* Codes of a scan, without the gate, and which axis the one of this index is for; -EINVAL behind the last */
+/*
+ * Codes of a scan, without the gate, and which axis the one of this index is for; -EINVAL behind
+ * the last
+ */
 unsigned int xy3_line_map_axes(const struct xy3_line_map *map);
 int xy3_line_map_axis(const struct xy3_line_map *map, unsigned int index);
 /*

@@ -364,7 +364,7 @@ static void scans(void)
 }
 
 /* X at 0, and the gate: of each clock's two bits the higher one */
-static void gate(void)
+static void map_with_a_gate(void)
 {
 	static const uint8_t want[12] = { 0xba, 0xaa, 0xaa, 0xaa, 0xaa, 0xaa, 0x10 };
 	uint32_t codes[] = { 0, 1, 0, 0 };
@@ -456,7 +456,7 @@ int main(void)
 	RUN(map_of_own_order);
 	RUN(scans);
 	RUN(codes_out_of_range);
-	RUN(gate);
+	RUN(map_with_a_gate);
 	RUN(shifted_gate);
 	return check_end("api");
 }

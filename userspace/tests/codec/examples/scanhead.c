@@ -92,7 +92,10 @@ static unsigned int read_signals(char *about, u8 *signal)
 	return lines;
 }
 
-/* About: bits of a frame, and the signals. The words: a code for each axis and 1 or 0 for the gate, or a command. */
+/*
+ * About: bits of a frame, and the signals. The words: a code for each axis and 1 or 0 for the
+ * gate, or a command.
+ */
 static void scan(struct example *example)
 {
 	char *about = example->about;
