@@ -50,6 +50,38 @@ static unsigned int max_transfer;
 module_param(max_transfer, uint, 0444);
 MODULE_PARM_DESC(max_transfer, "Longest SPI transfer in bytes (default: 0, any)");
 
+static char *modes = "all";
+module_param(modes, charp, 0444);
+MODULE_PARM_DESC(modes, "SPI modes: all; 0,3; 0; or claimed: takes all, does 0 or 3 (default: all)");
+
+static bool clock_inverted;
+module_param(clock_inverted, bool, 0444);
+MODULE_PARM_DESC(clock_inverted, "The pair of CLK is crossed, as the device is described (default: no)");
+
+static unsigned int word_bits = 32;
+module_param(word_bits, uint, 0444);
+MODULE_PARM_DESC(word_bits, "Longest word that goes with cs_word: 16 or 32 (default: 32)");
+
+static unsigned int driven_lines;
+module_param(driven_lines, uint, 0444);
+MODULE_PARM_DESC(driven_lines, "Data lines that transfers really use (default: as many as lines)");
+
+static bool flash_only;
+module_param(flash_only, bool, 0444);
+MODULE_PARM_DESC(flash_only, "The controller has flash operations, no transfers (default: no)");
+
+static bool lsb_first;
+module_param(lsb_first, bool, 0444);
+MODULE_PARM_DESC(lsb_first, "The device is described with its lowest bit first (default: no)");
+
+static unsigned int lanes;
+module_param(lanes, uint, 0444);
+MODULE_PARM_DESC(lanes, "The device is described with so many lanes of one line each (default: 0)");
+
+static char *driver = SIM_NAME;
+module_param(driver, charp, 0444);
+MODULE_PARM_DESC(driver, "Name of the controller's driver (default: " SIM_NAME ")");
+
 static char *modalias = "xy3-100";
 module_param(modalias, charp, 0444);
 MODULE_PARM_DESC(modalias, "Name of the SPI device: xy3-100, spidev, or another (default: xy3-100)");
@@ -277,6 +309,13 @@ static bool sim_lines_good(unsigned int count)
 	return count == 1 || count == 2 || count == 4 || count == 8;
 }
 
+static const char * const sim_mode_names[] = {
+	[XY3_SIM_MODES_ALL] = "all",
+	[XY3_SIM_MODES_0_3] = "0,3",
+	[XY3_SIM_MODES_0] = "0",
+	[XY3_SIM_MODES_CLAIMED] = "claimed",
+};
+
 static int __init sim_read_parameters(void)
 {
 	bool line = !strcmp(framing, "line");
@@ -293,11 +332,25 @@ static int __init sim_read_parameters(void)
 	if (err)
 		return err;
 
+	err = match_string(sim_mode_names, ARRAY_SIZE(sim_mode_names), modes);
+	if (err < 0)
+		return err;
+	sim_config.modes = err;
+	if ((word_bits != 16 && word_bits != 32) || driven_lines > lines ||
+	    lanes > XY3_SIM_LINES_MAX)
+		return -EINVAL;
+
 	sim_config.lines = lines;
 	sim_config.device_lines = device_lines;
 	sim_config.cs_word = cs_word;
 	sim_config.max_speed_hz = max_speed_hz;
 	sim_config.max_transfer = max_transfer;
+	sim_config.clock_inverted = clock_inverted;
+	sim_config.word_bits = word_bits;
+	sim_config.driven_lines = driven_lines ?: lines;
+	sim_config.flash_only = flash_only;
+	sim_config.lsb_first = lsb_first;
+	sim_config.lanes = lanes;
 	sim_config.uart_max = uart_max;
 	/* spidev takes no device by its own name; this is one of its table in all kernels */
 	sim_config.modalias = strcmp(modalias, "spidev") ? modalias : "dh2228fv";
@@ -318,7 +371,7 @@ static int __init sim_add_devices(void)
 	struct platform_device *pdev;
 
 	for (unsigned int i = 0; i < heads; i++) {
-		pdev = platform_device_register_simple(SIM_NAME, i, NULL, 0);
+		pdev = platform_device_register_simple(driver, i, NULL, 0);
 		sim_devices[i] = IS_ERR(pdev) ? NULL : pdev;
 		/* a module without its heads is of no use to anybody */
 		if (IS_ERR(pdev) || !platform_get_drvdata(pdev)) {
@@ -340,6 +393,7 @@ static int __init sim_module_init(void)
 	if (err)
 		return err;
 	xy3_sim_debugfs_init();
+	sim_driver.driver.name = driver;
 	err = platform_driver_register(&sim_driver);
 	if (err)
 		goto no_driver;

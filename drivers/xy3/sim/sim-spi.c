@@ -16,6 +16,7 @@
 #include <linux/math64.h>
 #include <linux/minmax.h>
 #include <linux/platform_device.h>
+#include <linux/spi/spi-mem.h>
 #include <linux/spi/spi.h>
 #include <linux/string.h>
 #include <linux/time64.h>
@@ -28,6 +29,7 @@
 /* What the SPI core waits between two transfers when nothing else is said */
 #define SIM_CS_CHANGE_NS	(10 * NSEC_PER_USEC)
 
+/* the device as firmware describes it; what is right is judged at the head's side of the wires */
 #define SIM_MODE		SPI_MODE_1
 
 /* ---- time ---- */
@@ -104,7 +106,7 @@ static void sim_send(struct xy3_sim *sim, const struct spi_transfer *transfer, b
 		     bool active)
 {
 	unsigned int size = sim_word_size(transfer);
-	unsigned int nbits = sim_nbits(transfer);
+	unsigned int nbits = min(sim_nbits(transfer), sim->config->driven_lines);
 
 	if (size == 1 && !cs_word) {
 		xy3_sim_head_bytes(sim, transfer->tx_buf, transfer->len, nbits);
@@ -186,6 +188,26 @@ static bool sim_message_fails(struct xy3_sim *sim)
 	return true;
 }
 
+/* What the controller does for a mode */
+static u32 sim_mode_done(const struct xy3_sim *sim, u32 mode)
+{
+	if (sim->config->modes == XY3_SIM_MODES_CLAIMED && mode != SPI_MODE_3)
+		return SPI_MODE_0;
+	return mode;
+}
+
+/*
+ * A head takes data when CLK falls. In modes 1 and 2 they are valid then, in 0 and 3 they change;
+ * with the pair crossed it is the other way round.
+ */
+static bool sim_wrong_edge(const struct xy3_sim *sim, u32 mode)
+{
+	u32 done = sim_mode_done(sim, mode & SPI_MODE_X_MASK);
+	bool falling = done == SPI_MODE_1 || done == SPI_MODE_2;
+
+	return falling == sim->config->clock_inverted || mode & SPI_LSB_FIRST;
+}
+
 static int sim_transfers(struct xy3_sim *sim, struct spi_message *message)
 {
 	struct spi_transfer *transfer;
@@ -198,8 +220,7 @@ static int sim_transfers(struct xy3_sim *sim, struct spi_message *message)
 		if (err)
 			return err;
 	}
-	/* a head takes data when the clock falls; in another mode they change just then */
-	sim->head.wrong_mode = (message->spi->mode & SPI_MODE_X_MASK) != SIM_MODE;
+	sim->head.wrong_mode = sim_wrong_edge(sim, message->spi->mode);
 	list_for_each_entry(transfer, &message->transfers, transfer_list) {
 		sim_transfer(sim, message->spi, transfer,
 			     list_is_last(&transfer->transfer_list, &message->transfers));
@@ -261,6 +282,26 @@ static size_t sim_max_transfer(struct spi_device *spi)
 	return sim->config->max_transfer ?: SIZE_MAX;
 }
 
+static int sim_setup(struct spi_device *spi)
+{
+	struct xy3_sim *sim = spi_controller_get_devdata(spi->controller);
+	u32 mode = spi->mode & SPI_MODE_X_MASK;
+
+	if (sim->config->modes == XY3_SIM_MODES_0_3 && mode != SPI_MODE_0 && mode != SPI_MODE_3)
+		return -EINVAL;
+	return 0;
+}
+
+/* A controller that has been made for flash memory takes nothing else */
+static int sim_flash_operation(struct spi_mem *memory, const struct spi_mem_op *operation)
+{
+	return -EOPNOTSUPP;
+}
+
+static const struct spi_controller_mem_ops sim_flash_operations = {
+	.exec_op = sim_flash_operation,
+};
+
 /* ---- the controller and its device ---- */
 
 static u32 sim_line_modes(unsigned int lines)
@@ -309,6 +350,15 @@ static int sim_add_node(struct xy3_sim *sim)
 	sim->properties[0] = PROPERTY_ENTRY_STRING_ARRAY_LEN("lasia,line-map", sim->line_map,
 							     sim->config->lines);
 	sim->properties[1] = PROPERTY_ENTRY_U32("spi-tx-bus-width", sim->config->device_lines);
+	if (sim->config->lanes) {
+		for (unsigned int i = 0; i < sim->config->lanes; i++)
+			sim->lane_widths[i] = 1;
+		sim->properties[1] = PROPERTY_ENTRY_U32_ARRAY_LEN("spi-tx-bus-width",
+								  sim->lane_widths,
+								  sim->config->lanes);
+	}
+	if (sim->config->clock_inverted)
+		sim->properties[2] = PROPERTY_ENTRY_BOOL("lasia,clock-inverted");
 	snprintf(sim->node_name, sizeof(sim->node_name), "xy3-sim.%u", sim->number);
 	sim->swnode.name = sim->node_name;
 	sim->swnode.properties = sim->properties;
@@ -327,6 +377,10 @@ static int sim_add_device(struct xy3_sim *sim)
 	};
 	struct spi_device *spi;
 
+	if (sim->config->modes == XY3_SIM_MODES_0 || sim->config->modes == XY3_SIM_MODES_0_3)
+		info.mode &= ~SPI_MODE_X_MASK;
+	if (sim->config->lsb_first)
+		info.mode |= SPI_LSB_FIRST;
 	/* a scan of one line is a word, and spidev does not let anybody choose */
 	if (sim->config->cs_word && sim->config->device_lines == 1)
 		info.mode |= SPI_CS_WORD;
@@ -363,15 +417,22 @@ int xy3_sim_spi_add(struct xy3_sim *sim)
 	controller->bus_num = -1;
 	controller->num_chipselect = 1;
 	controller->max_speed_hz = sim->config->max_speed_hz;
-	controller->mode_bits = SPI_CPOL | SPI_CPHA | SPI_NO_CS |
-				sim_line_modes(sim->config->lines);
+	controller->mode_bits = SPI_NO_CS | SPI_LSB_FIRST | sim_line_modes(sim->config->lines);
+	if (sim->config->modes != XY3_SIM_MODES_0)
+		controller->mode_bits |= SPI_CPOL | SPI_CPHA;
 	controller->bits_per_word_mask = SPI_BPW_MASK(8);
 	if (sim->config->cs_word) {
 		controller->mode_bits |= SPI_CS_WORD;
-		controller->bits_per_word_mask |= SPI_BPW_MASK(24) | SPI_BPW_MASK(32);
+		controller->bits_per_word_mask |= SPI_BPW_MASK(16);
+		if (sim->config->word_bits == 32)
+			controller->bits_per_word_mask |= SPI_BPW_MASK(24) | SPI_BPW_MASK(32);
 	}
+	controller->setup = sim_setup;
 	controller->max_transfer_size = sim_max_transfer;
-	controller->transfer_one_message = sim_message;
+	if (sim->config->flash_only)
+		controller->mem_ops = &sim_flash_operations;
+	else
+		controller->transfer_one_message = sim_message;
 	err = devm_spi_register_controller(dev, controller);
 	if (err)
 		return dev_err_probe(dev, err, "no SPI controller\n");

@@ -40,6 +40,20 @@ struct seq_file;
 struct xy3_sim;
 
 /**
+ * enum xy3_sim_modes - SPI modes of the controller
+ * @XY3_SIM_MODES_ALL: 0 to 3
+ * @XY3_SIM_MODES_0_3: 0 and 3; it refuses the others (spi-qcom-qspi and many that read flash)
+ * @XY3_SIM_MODES_0: it has no clock phase nor polarity (spi-stm32-qspi)
+ * @XY3_SIM_MODES_CLAIMED: it takes them all, and does mode 0 for 1 and 2 (spi-tegra210-quad)
+ */
+enum xy3_sim_modes {
+	XY3_SIM_MODES_ALL,
+	XY3_SIM_MODES_0_3,
+	XY3_SIM_MODES_0,
+	XY3_SIM_MODES_CLAIMED,
+};
+
+/**
  * struct xy3_sim_config - what the module's parameters say, the same for all heads
  * @lines: data lines of the controller: 1, 2, 4 or 8
  * @device_lines: data lines that the SPI device is said to have
@@ -47,6 +61,13 @@ struct xy3_sim;
  * @cs_word: the controller can move the chip select after each word
  * @max_speed_hz: of the controller and the device
  * @max_transfer: longest transfer in bytes, 0 for any
+ * @modes: SPI modes of the controller
+ * @clock_inverted: the pair of CLK is crossed, and firmware says so
+ * @word_bits: longest word when @cs_word (spi-davinci and spi-orion have 16)
+ * @driven_lines: data lines that transfers really use (spi-mt65xx up to 6.12: one)
+ * @flash_only: no plain transfers, spi-mem only (spi-zynqmp-gqspi)
+ * @lsb_first: firmware says that the lowest bit goes first
+ * @lanes: lanes of one line that firmware describes, 0 for a bus width
  * @uart_max: highest speed of the UART in bit/s
  * @modalias: of the SPI device
  * @realtime: transfers take the time that they take on a wire
@@ -60,6 +81,13 @@ struct xy3_sim_config {
 	bool cs_word;
 	unsigned int max_speed_hz;
 	unsigned int max_transfer;
+	enum xy3_sim_modes modes;
+	bool clock_inverted;
+	unsigned int word_bits;
+	unsigned int driven_lines;
+	bool flash_only;
+	bool lsb_first;
+	unsigned int lanes;
 	unsigned int uart_max;
 	const char *modalias;
 	bool realtime;
@@ -125,7 +153,7 @@ struct xy3_sim_command {
  * @gate_commands: commands with which it was high
  * @axis: the axes
  * @inside: SYNC is low: a frame is being received
- * @wrong_mode: in another SPI mode than 1
+ * @wrong_mode: data change at the edge of CLK at which the head takes them
  * @clocks: of the frame so far
  * @gap: clocks since the last one, when SYNC is a line
  * @symbol: the lines' levels in each clock of the frame
@@ -384,6 +412,7 @@ struct xy3_sim_node {
  * @spi_name: name of the SPI device
  * @properties: of the SPI device
  * @line_map: one of them, a word for each line
+ * @lane_widths: a bus width for each lane
  * @swnode: its software node
  * @node_name: its name
  * @fault: what is to go wrong; written at any time
@@ -410,7 +439,8 @@ struct xy3_sim {
 	const struct xy3_sim_config *config;
 	struct spi_controller *controller;
 	char spi_name[32];
-	struct property_entry properties[3];
+	struct property_entry properties[4];
+	u32 lane_widths[XY3_SIM_LINES_MAX];
 	const char *line_map[XY3_SIM_LINES_MAX];
 	struct software_node swnode;
 	char node_name[16];

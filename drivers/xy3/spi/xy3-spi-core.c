@@ -2,8 +2,8 @@
 /*
  * XY3-100 scanhead: the SPI driver - the forward channel
  *
- * Data lines are the controller's: it must have as many as the device asks for, in SPI mode 1.
- * The line map says what each carries; SYNC is the chip select, or one of the lines.
+ * Data lines are the controller's: it must have as many as the device asks for. The line map says
+ * what each carries; SYNC is the chip select, or one of the lines.
  */
 
 #include <linux/err.h>
@@ -18,9 +18,6 @@
 
 #define XY3_FRAME_BITS_DEFAULT	24
 #define XY3_FRAME_RATE_DEFAULT	100000
-
-/* how the modes of a device say how many lines it has to itself */
-#define XY3_SPI_TX_LINES	(SPI_TX_DUAL | SPI_TX_QUAD | SPI_TX_OCTAL)
 
 /**
  * struct xy3_spi - a forward channel
@@ -207,43 +204,6 @@ ATTRIBUTE_GROUPS(xy3_spi);
 
 /* ---- the device ---- */
 
-static unsigned int xy3_lines_of(u32 mode)
-{
-	if (mode & SPI_TX_OCTAL)
-		return 8;
-	if (mode & SPI_TX_QUAD)
-		return 4;
-	return mode & SPI_TX_DUAL ? 2 : 1;
-}
-
-/*
- * The SPI core drops what the controller cannot do without a word, and has done so before this
- * driver saw the device: how many lines were meant is known from the property alone.
- */
-static int xy3_spi_setup(struct xy3_spi *x)
-{
-	struct spi_device *spi = x->spi;
-	u32 wanted = xy3_lines_of(spi->mode);
-	int err;
-
-	device_property_read_u32(&spi->dev, "spi-tx-bus-width", &wanted);
-	spi->mode &= ~SPI_MODE_X_MASK;
-	spi->mode |= SPI_MODE_1;
-	/* with a GPIO as chip select the SPI core would cut every message up, a transfer a word */
-	if (wanted == 1 && (spi->controller->mode_bits & SPI_CS_WORD) && !spi_get_csgpiod(spi, 0))
-		spi->mode |= SPI_CS_WORD;
-	spi->bits_per_word = 8;
-	err = spi_setup(spi);
-	if (err)
-		return dev_err_probe(&spi->dev, err, "the controller refuses SPI mode 1\n");
-
-	x->lines = xy3_lines_of(spi->mode);
-	if (x->lines != wanted || x->lines > SPI_LINES_MAX)
-		return dev_err_probe(&spi->dev, -EINVAL, "the controller has no %u data lines\n",
-				     wanted);
-	return 0;
-}
-
 /* What each line carries: as the device's property says, or as usual */
 static int xy3_first_map(struct xy3_spi *x, struct xy3_line_map *map)
 {
@@ -278,7 +238,7 @@ static int xy3_spi_probe(struct spi_device *spi)
 	spin_lock_init(&x->iio_lock);
 	spi_set_drvdata(spi, x);
 
-	err = xy3_spi_setup(x);
+	err = xy3_controller_setup(spi, &x->lines);
 	if (err)
 		return err;
 	err = xy3_first_map(x, &map);

@@ -6,7 +6,7 @@
  *   xy3.ko (tty, sysfs) -> commands ------------------^
  *   IIO channel -> xy3-iio -> one scan ---------------^
  *
- * Only xy3-spi-core and xy3-block know the bus.
+ * Only xy3-spi-core, xy3-controller and xy3-block know the bus.
  */
 #ifndef XY3_SPI_H
 #define XY3_SPI_H
@@ -30,6 +30,9 @@
 /* Blocks that the controller has at any time while there is a stream */
 #define XY3_BLOCKS_QUEUED	3
 #define XY3_COMMANDS_QUEUED	64
+
+/* Bytes of the longest scan on so many lines, with the gap behind it where SYNC is a line */
+#define XY3_SCAN_ROOM(lines)	DIV_ROUND_UP((32 + XY3_GAP_CLOCKS) * (lines), 8)
 
 /* For what is written there are twice the blocks that a write of the buffer's length needs */
 #define XY3_BLOCKS_MIN		4
@@ -241,6 +244,9 @@ struct xy3_iio {
 /* xy3-buffer.c */
 void xy3_buffer_init(struct xy3_iio *iio);
 void xy3_buffer_orphan(struct xy3_iio *iio);
+
+/* xy3-controller.c */
+int xy3_controller_setup(struct spi_device *spi, unsigned int *lines);
 
 /* xy3-iio.c */
 struct iio_dev *xy3_iio_register(struct spi_device *spi, const struct xy3_line_map *map,

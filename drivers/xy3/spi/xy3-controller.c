@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: GPL-2.0-only
+/*
+ * XY3-100 forward channel: what the SPI controller has to do, and whether it can
+ *
+ * The head takes data at the falling edge of CLK, on as many lines at once as there are axes. What
+ * a controller says about its modes is looked at here, and nowhere else.
+ */
+
+#include <linux/bits.h>
+#include <linux/err.h>
+#include <linux/property.h>
+#include <linux/string.h>
+#include <spi-compat.h>
+
+#include "xy3-spi.h"
+
+/* how the modes of a device say how many lines it has to itself */
+#define XY3_SPI_TX_LINES	(SPI_TX_DUAL | SPI_TX_QUAD | SPI_TX_OCTAL)
+
+/* What firmware may add to the mode: all else, such as the order of bits, is the head's to say */
+#define XY3_SPI_MODE_KEPT	(XY3_SPI_TX_LINES | SPI_CS_HIGH | SPI_NO_CS)
+
+/**
+ * enum xy3_defect - what a controller's driver promises and does not do
+ * @XY3_DEFECT_CPHA: takes SPI mode 1, and does mode 0
+ * @XY3_DEFECT_LINES: takes several data lines, and sends plain transfers on one
+ */
+enum xy3_defect {
+	XY3_DEFECT_CPHA = BIT(0),
+	XY3_DEFECT_LINES = BIT(1),
+};
+
+/*
+ * Drivers by name, as nothing in the SPI core tells: drivers/spi/ of 6.12 and 7.3 were read. In
+ * some a later kernel or another chip does better, so that this is a warning only.
+ */
+static const struct {
+	const char *driver;
+	unsigned int defects;
+} xy3_defects[] = {
+	{ "tegra-qspi", XY3_DEFECT_CPHA },		/* spi-tegra210-quad.c */
+	{ "microchip,coreqspi", XY3_DEFECT_CPHA },	/* spi-microchip-core-qspi.c */
+	{ "mxic-spi", XY3_DEFECT_CPHA | XY3_DEFECT_LINES },
+	{ "cadence-xspi", XY3_DEFECT_LINES },
+	{ "img-spfi", XY3_DEFECT_LINES },
+	{ "mtk-spi", XY3_DEFECT_LINES },		/* spi-mt65xx.c, up to 6.12 */
+	{ "spi-pci1xxxx", XY3_DEFECT_LINES },
+	{ "sprd-spi", XY3_DEFECT_LINES },
+};
+
+static unsigned int xy3_defects_of(const struct spi_controller *controller)
+{
+	const struct device *dev = controller->dev.parent;
+
+	if (!dev || !dev->driver)
+		return 0;
+	for (size_t i = 0; i < ARRAY_SIZE(xy3_defects); i++)
+		if (!strcmp(dev->driver->name, xy3_defects[i].driver))
+			return xy3_defects[i].defects;
+	return 0;
+}
+
+static void xy3_warn_of_defects(const struct spi_device *spi, unsigned int lines)
+{
+	unsigned int defects = xy3_defects_of(spi->controller);
+
+	if (defects & XY3_DEFECT_CPHA && (spi->mode & SPI_MODE_X_MASK) == SPI_MODE_1)
+		dev_warn(&spi->dev,
+			 "this controller is known to send in SPI mode 0 for mode 1: cross the CLK pair and set lasia,clock-inverted\n");
+	if (defects & XY3_DEFECT_LINES && lines > 1)
+		dev_warn(&spi->dev,
+			 "this controller is known to use one data line for plain transfers\n");
+}
+
+static u32 xy3_lines_of(u32 mode)
+{
+	if (mode & SPI_TX_OCTAL)
+		return 8;
+	if (mode & SPI_TX_QUAD)
+		return 4;
+	return mode & SPI_TX_DUAL ? 2 : 1;
+}
+
+/*
+ * The SPI core drops what the controller cannot do without a word, and has done so before this
+ * driver saw the device: how many lines were meant is known from the property alone. From 7.2 on
+ * it may be an array, with a width for each lane.
+ */
+static int xy3_lines_wanted(const struct spi_device *spi, u32 *lines)
+{
+	int cells = device_property_count_u32(&spi->dev, "spi-tx-bus-width");
+
+	*lines = xy3_lines_of(spi->mode);
+	if (cells > 1)
+		return dev_err_probe(&spi->dev, -EINVAL,
+				     "spi-tx-bus-width: lanes are not supported, one width is\n");
+	if (cells == 1)
+		device_property_read_u32(&spi->dev, "spi-tx-bus-width", lines);
+	return 0;
+}
+
+/*
+ * Data are valid at the falling edge of CLK. With the pair of CLK crossed that is the rising edge
+ * of the controller's clock: mode 3, or 0 for controllers that have no clock phase.
+ */
+static u32 xy3_clock_mode(const struct spi_device *spi, bool inverted)
+{
+	const u32 both = SPI_CPOL | SPI_CPHA;
+
+	if (!inverted)
+		return SPI_MODE_1;
+	return (spi->controller->mode_bits & both) == both ? SPI_MODE_3 : SPI_MODE_0;
+}
+
+/* A word is a frame, and the controller moves SYNC by itself */
+static bool xy3_can_cs_word(struct spi_device *spi)
+{
+	/* with a GPIO as chip select the SPI core would cut every message up, a transfer a word */
+	return spi->controller->mode_bits & SPI_CS_WORD && !spi_get_csgpiod(spi, 0) &&
+	       spi_is_bpw_supported(spi, 24) && spi_is_bpw_supported(spi, 32);
+}
+
+/**
+ * xy3_controller_setup() - set a device's controller up for a head
+ * @spi: the device; its mode is changed
+ * @lines: number of data lines that it has
+ *
+ * What cannot be done is an error with a sentence in the log.
+ *
+ * Return: 0; -EOPNOTSUPP when the controller has no plain transfers; -EINVAL when it lacks lines,
+ * the clock's edge or the length of a transfer.
+ */
+int xy3_controller_setup(struct spi_device *spi, unsigned int *lines)
+{
+	struct device *dev = &spi->dev;
+	bool inverted = device_property_read_bool(dev, "lasia,clock-inverted");
+	u32 wanted;
+	int err;
+
+	if (!spi->controller->transfer)
+		return dev_err_probe(dev, -EOPNOTSUPP,
+				     "the controller has flash operations only (spi-mem)\n");
+	err = xy3_lines_wanted(spi, &wanted);
+	if (err)
+		return err;
+	spi->mode &= XY3_SPI_MODE_KEPT;
+	spi->mode |= xy3_clock_mode(spi, inverted);
+	if (wanted == 1 && xy3_can_cs_word(spi))
+		spi->mode |= SPI_CS_WORD;
+	spi->bits_per_word = 8;
+	/* other work must not keep the next block from the controller */
+	spi->rt = true;
+	err = spi_setup(spi);
+	if (err)
+		return dev_err_probe(dev, err, inverted ?
+				     "the controller refuses SPI modes 0 and 3\n" :
+				     "the controller refuses SPI mode 1; with the CLK pair crossed, lasia,clock-inverted\n");
+
+	*lines = xy3_lines_of(spi->mode);
+	if (*lines != wanted || *lines > SPI_LINES_MAX)
+		return dev_err_probe(dev, -EINVAL, "the controller has no %u data lines\n", wanted);
+	if (spi_max_transfer_size(spi) < XY3_SCAN_ROOM(*lines))
+		return dev_err_probe(dev, -EINVAL,
+				     "the controller takes %zu bytes at a time, a scan has up to %u\n",
+				     spi_max_transfer_size(spi), XY3_SCAN_ROOM(*lines));
+	xy3_warn_of_defects(spi, *lines);
+	return 0;
+}

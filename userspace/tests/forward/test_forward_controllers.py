@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""The forward channel on controllers that are not as kind as the virtual one is by default. Each is
+a controller of mainline, by the name that stands beside it: it works, or its refusal is a sentence.
+"""
+
+import glob
+
+import pytest
+import forward_rig
+import head_rig
+from forward_rig import Case
+from kernel import wait
+
+
+def log():
+    return head_rig.run('dmesg')[1]
+
+
+class TestControllers(Case):
+    def sends(self, more, lines=4, framing='line', cs_word=0):
+        """A position and a command come as they should."""
+        forward = self.forward(lines, framing, cs_word, more=more)
+        assert forward.set('out_angl0_raw', 4321) is None
+        assert forward.x_of('positions') == '4321'
+        assert forward.bad_frames() == []
+        return forward
+
+    def refused(self, sentence, more, lines=4, framing='line', cs_word=0):
+        self.sim(lines, framing, cs_word, more=more)
+        assert wait(lambda: sentence in log()), log()[-2000:]
+        assert glob.glob('/sys/bus/iio/devices/iio:device*') == []
+        assert head_rig.heads() == []
+
+    @pytest.mark.parametrize('modes', ('0,3', '0', 'all', 'claimed'))
+    def test_crossed_clock(self, modes):
+        """qcom-qspi, stm32-qspi, any, tegra210-quad: with the pair of CLK crossed all serve."""
+        self.sends('modes=%s clock_inverted=1' % modes)
+
+    @pytest.mark.parametrize('modes', ('0,3', '0'))
+    def test_no_mode_1(self, modes):
+        self.refused('lasia,clock-inverted', 'modes=' + modes)
+
+    def test_mode_1_claimed(self):
+        """A driver that takes mode 1 and does mode 0 is known by its name only."""
+        self.sim(4, 'line', more='modes=claimed driver=tegra-qspi')
+        assert wait(lambda: 'known to send in SPI mode 0' in log())
+        forward = self.channel()
+        assert forward.set('out_angl0_raw', 4321) is None
+        assert forward.bad_frames() != []
+
+    def test_lines_claimed(self):
+        """mt65xx up to 6.12 takes four lines and uses one."""
+        self.sim(4, 'line', more='driven_lines=1 driver=mtk-spi')
+        assert wait(lambda: 'known to use one data line' in log())
+        forward = self.channel()
+        assert forward.set('out_angl0_raw', 4321) is None
+        assert forward.x_of('positions') != '4321'
+
+    def test_short_words(self):
+        """davinci and orion move the chip select by words, and have none of 24 bits."""
+        self.sends('word_bits=16', 1, 'cs', 1)
+
+    def test_flash_only(self):
+        """zynqmp-gqspi has no plain transfers."""
+        self.refused('the controller has flash operations only', 'flash_only=1')
+
+    def test_short_transfers(self):
+        self.refused('the controller takes 16 bytes at a time, a scan has up to 17',
+                     'max_transfer=16')
+
+    def test_lowest_bit_first(self):
+        """Firmware cannot turn the head's bits round."""
+        self.sends('lsb_first=1')
+
+    def test_lanes(self):
+        """An array of widths, from 7.2 on, is not taken for its first cell."""
+        self.refused('lanes are not supported', 'lanes=4')
+
+
+def setup_module():
+    forward_rig.load()
+
+
+def teardown_module():
+    forward_rig.unload()
