@@ -16,7 +16,6 @@
 #include <linux/slab.h>
 #include <linux/time.h>
 
-#include "hrtimer-compat.h"
 #include "xhc.h"
 #include "trace.h"
 

@@ -12,7 +12,6 @@
 #include <linux/tty.h>
 #include <linux/tty_driver.h>
 #include <linux/tty_ldisc.h>
-#include <tty-compat.h>
 
 #include "xy3.h"
 
@@ -137,12 +136,12 @@ static void xy3_ldisc_close(struct tty_struct *tty)
 	kfree(uart);
 }
 
-static void xy3_ldisc_receive(struct tty_struct *tty, const u8 *data, const tty_flag_t *flags,
-			      tty_count_t count)
+static void xy3_ldisc_receive(struct tty_struct *tty, const u8 *data, const u8 *flags,
+			      size_t count)
 {
 	struct xy3_uart *uart = tty->disc_data;
 
-	xy3_back_receive(&uart->back, data, (const u8 *)flags, count);
+	xy3_back_receive(&uart->back, data, flags, count);
 	/* wake a writer that is blocked on the master of a pty */
 	tty_unthrottle(tty);
 }

@@ -11,7 +11,6 @@
 #include <linux/property.h>
 #include <linux/serdev.h>
 #include <linux/slab.h>
-#include <tty-compat.h>
 
 #include "xy3.h"
 
@@ -29,7 +28,7 @@ struct xy3_serdev {
 	bool attached;
 };
 
-static serdev_size_t xy3_serdev_receive(struct serdev_device *serdev, const u8 *data, size_t size)
+static size_t xy3_serdev_receive(struct serdev_device *serdev, const u8 *data, size_t size)
 {
 	struct xy3_serdev *xs = serdev_device_get_drvdata(serdev);
 

@@ -11,7 +11,6 @@
 #include <linux/init.h>
 #include <linux/kstrtox.h>
 #include <linux/sysfs.h>
-#include <tty-compat.h>
 
 #include "xy3.h"
 
@@ -383,15 +382,14 @@ void __init xy3_sysfs_init(void)
 
 /* ---- the class ---- */
 
-static ssize_t attach_show(class_const struct class *class,
-			   class_const struct class_attribute *attr, char *buf)
+static ssize_t attach_show(const struct class *class, const struct class_attribute *attr,
+			   char *buf)
 {
 	return xy3_choice_show(buf);
 }
 
-static ssize_t attach_store(class_const struct class *class,
-			    class_const struct class_attribute *attr, const char *buf,
-			    size_t count)
+static ssize_t attach_store(const struct class *class, const struct class_attribute *attr,
+			    const char *buf, size_t count)
 {
 	return xy3_choice_store(buf) ?: count;
 }

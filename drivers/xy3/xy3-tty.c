@@ -14,7 +14,6 @@
 #include <linux/tty_driver.h>
 #include <linux/tty_flip.h>
 #include <linux/wait.h>
-#include <tty-compat.h>
 
 #include "xy3.h"
 
@@ -120,8 +119,8 @@ static size_t xy3_packets_that_fit(const u8 *data, size_t count, size_t room)
  * has room for. If it is flushed then, by TCSAFLUSH or a hangup, a reader gets the rest of the
  * packet that was cut as if it were the start of one.
  */
-static tty_taken_t xy3_receive_buf(struct tty_port *port, const u8 *data, const u8 *flags,
-				   size_t count)
+static size_t xy3_receive_buf(struct tty_port *port, const u8 *data, const u8 *flags,
+			      size_t count)
 {
 	struct tty_struct *tty = READ_ONCE(port->itty);
 	size_t whole;
@@ -227,11 +226,11 @@ static void xy3_unthrottle(struct tty_struct *tty)
 }
 
 /* N_TTY waits for xy3_tty_wakeup() when not all frames are taken, or gives -EAGAIN */
-static tty_ssize_t xy3_write(struct tty_struct *tty, const u8 *data, tty_size_t size)
+static ssize_t xy3_write(struct tty_struct *tty, const u8 *data, size_t size)
 {
 	struct xy3_line *line = tty->driver_data;
 	struct xy3_head *head = xy3_line_head(line);
-	tty_ssize_t sent;
+	ssize_t sent;
 
 	if (!head)
 		return -EIO;

@@ -17,7 +17,7 @@
 #include <linux/mutex.h>
 #include <linux/spinlock.h>
 #include <linux/wait.h>
-#include <workqueue-compat.h>
+#include <linux/workqueue.h>
 
 #include "xy3-frame.h"
 #include "xy3-packet.h"

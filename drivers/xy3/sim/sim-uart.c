@@ -15,7 +15,6 @@
 #include <linux/tty.h>
 #include <linux/tty_driver.h>
 #include <linux/tty_flip.h>
-#include <tty-compat.h>
 
 #include "sim.h"
 
@@ -215,7 +214,7 @@ static void sim_hangup(struct tty_struct *tty)
 }
 
 /* The head has no ear */
-static tty_ssize_t sim_write(struct tty_struct *tty, const u8 *data, tty_size_t size)
+static ssize_t sim_write(struct tty_struct *tty, const u8 *data, size_t size)
 {
 	struct xy3_sim *sim = tty->driver_data;
 

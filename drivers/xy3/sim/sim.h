@@ -20,7 +20,7 @@
 #include <linux/property.h>
 #include <linux/tty.h>
 #include <linux/types.h>
-#include <workqueue-compat.h>
+#include <linux/workqueue.h>
 
 #define XY3_SIM_HEADS_MAX	4
 #define XY3_SIM_LINES_MAX	8

@@ -10,7 +10,6 @@
 #include <linux/math.h>
 #include <linux/minmax.h>
 #include <linux/slab.h>
-#include <spi-compat.h>
 
 #include "xy3-spi.h"
 

@@ -10,7 +10,6 @@
 #include <linux/err.h>
 #include <linux/property.h>
 #include <linux/string.h>
-#include <spi-compat.h>
 
 #include "xy3-spi.h"
 
@@ -157,7 +156,7 @@ int xy3_controller_setup(struct spi_device *spi, unsigned int *lines)
 				     "the controller refuses SPI mode 1; with the CLK pair crossed, lasia,clock-inverted\n");
 
 	*lines = xy3_lines_of(spi->mode);
-	if (*lines != wanted || *lines > SPI_LINES_MAX)
+	if (*lines != wanted)
 		return dev_err_probe(dev, -EINVAL, "the controller has no %u data lines\n", wanted);
 	if (spi_max_transfer_size(spi) < XY3_SCAN_ROOM(*lines))
 		return dev_err_probe(dev, -EINVAL,

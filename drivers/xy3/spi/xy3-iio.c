@@ -8,7 +8,6 @@
 #include <linux/iio/iio.h>
 #include <linux/iio/sysfs.h>
 #include <linux/kstrtox.h>
-#include <iio-compat.h>
 
 #include "xy3-spi.h"
 

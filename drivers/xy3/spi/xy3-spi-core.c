@@ -12,7 +12,6 @@
 #include <linux/pm.h>
 #include <linux/property.h>
 #include <linux/string.h>
-#include <spi-compat.h>
 
 #include "xy3-spi.h"
 

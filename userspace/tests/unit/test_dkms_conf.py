@@ -112,7 +112,8 @@ class Kernel:
     def by_kbuild(self, *variables):
         """The modules' folders, and what make prints"""
         done = subprocess.run(
-            ['make', '-s', '-f', '-', *variables, *('CONFIG_%s=y' % symbol for symbol in self.on)],
+            ['make', '-s', '-f', '-', 'src=' + TOP, *variables,
+             *('CONFIG_%s=y' % symbol for symbol in self.on)],
             input='include %s/Kbuild\nall:\n\t@echo "modules:$(obj-m)"\n' % TOP,
             stdout=subprocess.PIPE, text=True, check=True)
         *printed, modules = done.stdout.splitlines()
@@ -176,7 +177,7 @@ def test_clean_goes_where_the_installed_source_has_folders():
     """The kernel's clean goes into what is off, too; kunit is not installed"""
     def folders(*variables):
         done = subprocess.run(
-            ['make', '-s', '-f', '-', *variables],
+            ['make', '-s', '-f', '-', 'src=' + TOP, *variables],
             input='include %s/Kbuild\nall:\n\t@echo "$(obj-)+$(obj-m)"\n' % TOP,
             stdout=subprocess.PIPE, text=True, check=True)
         off, on = done.stdout.strip().split('+')

@@ -1,0 +1,20 @@
+/* SPDX-License-Identifier: GPL-2.0-only */
+#ifndef COMPAT_IIO_H
+#define COMPAT_IIO_H
+
+#include_next <linux/iio/iio.h>
+
+#ifndef KERNEL_HAS_IIO_CLAIM_DIRECT
+/* direct mode was claimed with an error, and has another name now that it is a truth value */
+static inline bool iio_device_claim_direct(struct iio_dev *indio_dev)
+{
+	return !iio_device_claim_direct_mode(indio_dev);
+}
+
+static inline void iio_device_release_direct(struct iio_dev *indio_dev)
+{
+	iio_device_release_direct_mode(indio_dev);
+}
+#endif
+
+#endif /* COMPAT_IIO_H */

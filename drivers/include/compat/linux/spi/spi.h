@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: GPL-2.0-only */
+#ifndef COMPAT_SPI_H
+#define COMPAT_SPI_H
+
+#include_next <linux/spi/spi.h>
+
+#ifndef KERNEL_HAS_SPI_NBITS_OCTAL
+/* no transfer went over eight lines: a device does not get them, as if its controller had none */
+static inline int spi_setup_up_to_quad(struct spi_device *spi)
+{
+	spi->mode &= ~SPI_TX_OCTAL;
+	return spi_setup(spi);
+}
+
+#define spi_setup(spi)	spi_setup_up_to_quad(spi)
+#endif
+
+#ifndef KERNEL_HAS_SPI_OPTIMIZE_MESSAGE
+/* each message was made ready as it was sent */
+static inline int spi_optimize_message(struct spi_device *spi, struct spi_message *message)
+{
+	return 0;
+}
+
+static inline void spi_unoptimize_message(struct spi_message *message)
+{
+}
+#endif
+
+#endif /* COMPAT_SPI_H */
