@@ -158,7 +158,7 @@ static u32 xhc_magnitude(s32 units)
  * Round half away from zero to what the display can show, then split into integer and
  * fraction: in this order, so that a carry reaches the integer.
  */
-static int xhc_encode_position(const struct xhc_model *model, s32 units, u8 *p)
+int xhc_encode_position(const struct xhc_model *model, s32 units, u8 *p)
 {
 	u32 scale = xhc_pow10(model->decimals);
 	u32 step = xhc_pow10(XHC_UNITS_DECIMALS - model->decimals);

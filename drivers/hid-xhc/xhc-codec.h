@@ -341,6 +341,7 @@ struct xhc_display {
 	bool reset;
 };
 
+int xhc_encode_position(const struct xhc_model *model, s32 units, u8 *p);
 int xhc_encode_payload(const struct xhc_model *model, const struct xhc_display *display,
 		       u8 payload[XHC_PAYLOAD_MAX]);
 void xhc_encode_chunk(const u8 *payload, size_t size, unsigned int index,

@@ -155,7 +155,7 @@ def test_modules_are_those_of_the_source():
     for folder, _, files in os.walk(os.path.join(TOP, 'drivers')):
         if 'Kbuild' in files:
             with open(os.path.join(folder, 'Kbuild'), encoding='ascii') as file:
-                for name in re.findall(r'^obj-\S+ \+?:?= (\S+)\.o$', file.read(), re.M):
+                for name in re.findall(r'^obj-.* \+= (\S+)\.o$', file.read(), re.M):
                     found[name] = os.path.relpath(folder, TOP)
     assert found == MODULES
 
@@ -171,6 +171,32 @@ def test_dkms_and_kbuild_agree():
                 # without the driver of pendants DKMS leaves all out
                 assert kernel.by_dkms() == (built if 'hid-xhc' in built else []), on
     assert {(), ('hid-xhc',), ('hid-xhc', 'xy3'), tuple(MODULES)} <= seen
+
+
+def test_kbuild_and_kconfig_agree():
+    """Out of tree a module requires what it depends on, or selects, in the kernel's tree"""
+    entries = {}
+    for folder in 'drivers/hid-xhc', 'drivers/xy3':
+        with open(os.path.join(TOP, folder, 'Kconfig'), encoding='ascii') as file:
+            for entry in re.split(r'^config ', file.read(), flags=re.M)[1:]:
+                lines = re.findall(r'^\t(?:depends on|select) (.*)$', entry, re.M)
+                entries[entry.split()[0]] = set(re.findall(r'[A-Z]\w+', ' '.join(lines)))
+
+    def required(symbol):
+        found = set()
+        for name in entries[symbol]:
+            found |= required(name) if name in entries else {name}
+        return found
+
+    with Kernel() as kernel:
+        lines = kernel.by_kbuild('need-modorder=1')[1]
+    assert len(lines) == len(MODULES)
+    for line in lines:
+        module, lacks = re.fullmatch(r'xhc-xy3: (\S+) is left out: the kernel has no (.*)',
+                                     line).groups()
+        symbol = {'hid-xhc': 'HID_XHC'}.get(module, module.upper().replace('-', '_'))
+        # IIO_BUFFER implies IIO
+        assert required(symbol) - {'IIO'} == set(lacks.replace('CONFIG_', '').split()), module
 
 
 def test_clean_goes_where_the_installed_source_has_folders():
