@@ -22,7 +22,7 @@ endif
 
 .PHONY: all modules clean help install uninstall install-files uninstall-files demo demo-scanhead \
 	lib install-lib uninstall-lib tools install-tools uninstall-tools deb requirements \
-	mutate bench check check-quick check-host check-kunit check-uml check-distro lint
+	series mutate bench check check-quick check-host check-kunit check-uml check-distro lint
 
 all: modules
 
@@ -45,6 +45,7 @@ help:
 	@echo '  make lib           libxy3 for programs in C, in build/libxy3; install-lib installs it'
 	@echo '  make tools         xhcctl and xy3ctl, in build/tools; install-tools installs them'
 	@echo '  make deb           packages for Debian, in build/deb'
+	@echo '  make series KSRC=tree  commit the drivers to a git tree of a current kernel'
 	@echo '  make clean         remove what was built here'
 	@echo 'Try and test (need no device, never touch the running kernel):'
 	@echo '  make check-quick   tests for a minute: requires gcc and python3, installs nothing'
@@ -120,6 +121,10 @@ install-tools uninstall-tools: %-tools:
 # Debian's packages, in build/deb
 deb:
 	userspace/packages/make-deb
+
+# The drivers as commits to a kernel tree
+series:
+	userspace/tests/series/make-series $(KSRC)
 
 # Twice in a row is no error: what dkms has of this version goes first
 install:
