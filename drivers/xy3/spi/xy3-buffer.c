@@ -87,8 +87,12 @@ static int xy3_buffer_write(struct iio_buffer *buffer, size_t size, const char _
 		return -EINVAL;
 	/* the IIO core comes again with the rest, and in between others have their turn */
 	size = min(size, xy3_stream_write_max(&iio->stream) * each);
+	xy3_stream_begin_write(&iio->stream);
 	while (done < size) {
 		part = xy3_fill_block(iio, size - done, data + done);
+		/* aborted: all of it was taken, and dropped */
+		if (part == -ECANCELED)
+			return size;
 		if (part <= 0)
 			return done ?: part;
 		done += part;

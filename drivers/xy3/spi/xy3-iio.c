@@ -154,6 +154,23 @@ static ssize_t frame_bits_store(struct device *dev, struct device_attribute *att
 }
 static DEVICE_ATTR_RW(frame_bits);
 
+/* Takes no lock that a writer, or who waits for the stream's end, may hold for long */
+static ssize_t abort_store(struct device *dev, struct device_attribute *attr, const char *buf,
+			   size_t count)
+{
+	bool value;
+	int err;
+
+	err = kstrtobool(buf, &value);
+	if (err)
+		return err;
+	if (!value)
+		return -EINVAL;
+	xy3_stream_abort(xy3_iio_stream(dev_to_iio_dev(dev)));
+	return count;
+}
+static DEVICE_ATTR_WO(abort);
+
 static ssize_t achieved_frequency_show(struct device *dev, struct device_attribute *attr,
 				       char *buf)
 {
@@ -178,6 +195,7 @@ XY3_STREAM_ATTR_RO(masked_codes, XY3_MASKED);
 
 static struct attribute *xy3_iio_attrs[] = {
 	&dev_attr_frame_bits.attr,
+	&dev_attr_abort.attr,
 	&dev_attr_achieved_frequency.attr,
 	&dev_attr_scans.attr,
 	&dev_attr_repeated.attr,
@@ -318,13 +336,16 @@ no_stream:
 }
 
 /**
- * xy3_iio_unregister() - take the IIO device away; a stream that runs is stopped
+ * xy3_iio_unregister() - take the IIO device away
  * @indio_dev: the IIO device
+ *
+ * Of a stream that runs the controller sends what it has, the rest is dropped.
  */
 void xy3_iio_unregister(struct iio_dev *indio_dev)
 {
 	struct xy3_iio *iio = iio_priv(indio_dev);
 
+	xy3_stream_leave(&iio->stream);
 	iio_device_unregister(indio_dev);
 	scoped_guard(mutex, &iio->lock) {
 		xy3_stream_exit(&iio->stream);

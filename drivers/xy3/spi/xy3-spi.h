@@ -106,6 +106,8 @@ enum xy3_stream_stat {
  * @running: a stream: when nothing is there to send, the last position is repeated
  * @primed: a scan has been sent since it runs
  * @repeating: the block that was queued last repeats a position
+ * @leaving: it ends for good: what is written is dropped, and no more is taken
+ * @aborted: the rest of the write that is going on is dropped
  * @error: what the controller has said; nothing more is sent until the stream is started anew
  * @write_max: scans that are taken whole, or not at all; half of all blocks have room for them
  * @wanted: scans of the write that has found no room
@@ -147,6 +149,8 @@ struct xy3_stream {
 	bool running;
 	bool primed;
 	bool repeating;
+	bool leaving;
+	bool aborted;
 	int error;
 	size_t write_max;
 	size_t wanted;
@@ -208,6 +212,9 @@ int xy3_stream_drain(struct xy3_stream *stream);
 void xy3_stream_no_blocks(struct xy3_stream *stream);
 int xy3_stream_start(struct xy3_stream *stream);
 void xy3_stream_stop(struct xy3_stream *stream);
+void xy3_stream_abort(struct xy3_stream *stream);
+void xy3_stream_leave(struct xy3_stream *stream);
+void xy3_stream_begin_write(struct xy3_stream *stream);
 size_t xy3_stream_write_max(const struct xy3_stream *stream);
 size_t xy3_stream_room(struct xy3_stream *stream);
 size_t xy3_stream_waiting(struct xy3_stream *stream);

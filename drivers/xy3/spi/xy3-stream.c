@@ -106,11 +106,22 @@ static void xy3_block_recycle(struct xy3_block *block)
 		xy3_put_empty(block);
 }
 
-/* The controller has not sent something: nothing that waits is to go out at some later time */
-static void xy3_stream_fail(struct xy3_stream *stream, int err)
+static void xy3_drop_written(struct xy3_stream *stream)
 {
 	struct xy3_block *block, *next;
 
+	list_for_each_entry_safe(block, next, &stream->full, node) {
+		list_del(&block->node);
+		xy3_put_empty(block);
+	}
+	if (stream->filling)
+		xy3_put_empty(stream->filling);
+	stream->filling = NULL;
+}
+
+/* The controller has not sent something: nothing that waits is to go out at some later time */
+static void xy3_stream_fail(struct xy3_stream *stream, int err)
+{
 	stream->error = err;
 	stream->stat[XY3_ERRORS]++;
 	kfifo_reset(&stream->commands);
@@ -121,13 +132,7 @@ static void xy3_stream_fail(struct xy3_stream *stream, int err)
 		stream->commands_failed = stream->commands_taken;
 		stream->commands_done = stream->commands_taken;
 	}
-	list_for_each_entry_safe(block, next, &stream->full, node) {
-		list_del(&block->node);
-		xy3_put_empty(block);
-	}
-	if (stream->filling)
-		xy3_put_empty(stream->filling);
-	stream->filling = NULL;
+	xy3_drop_written(stream);
 }
 
 static void xy3_block_done(void *context);
@@ -472,10 +477,38 @@ static void xy3_stream_close(struct xy3_stream *stream)
 }
 
 /**
+ * xy3_stream_abort() - drop what was written and the controller does not have yet
+ * @stream: the stream
+ *
+ * A stream that runs goes on, and repeats the last position that the controller has. Commands are
+ * not dropped. Does not wait for a writer, nor for xy3_stream_stop(), which then ends sooner.
+ */
+void xy3_stream_abort(struct xy3_stream *stream)
+{
+	guard(spinlock_irqsave)(&stream->lock);
+	stream->aborted = true;
+	xy3_drop_written(stream);
+	wake_up_all(&stream->done);
+	wake_up_interruptible_poll(stream->writers, EPOLLOUT | EPOLLWRNORM);
+}
+
+/**
+ * xy3_stream_leave() - the stream is going to end for good: drop what was written, take no more
+ * @stream: the stream
+ */
+void xy3_stream_leave(struct xy3_stream *stream)
+{
+	scoped_guard(spinlock_irqsave, &stream->lock)
+		stream->leaving = true;
+	xy3_stream_abort(stream);
+}
+
+/**
  * xy3_stream_stop() - send what was written, then stop
  * @stream: the stream
  *
  * The last scan written is the last one sent; with a gate it is repeated once with the gate low.
+ * Who is killed meanwhile waits for what the controller has only, and the rest is dropped.
  */
 void xy3_stream_stop(struct xy3_stream *stream)
 {
@@ -483,7 +516,10 @@ void xy3_stream_stop(struct xy3_stream *stream)
 		stream->running = false;
 		xy3_pump(stream, false);
 	}
-	wait_event(stream->done, xy3_stream_silent(stream));
+	if (wait_event_killable(stream->done, xy3_stream_silent(stream))) {
+		xy3_stream_abort(stream);
+		wait_event(stream->done, xy3_stream_silent(stream));
+	}
 	xy3_stream_close(stream);
 	xy3_stream_unready(stream);
 }
@@ -520,7 +556,7 @@ size_t xy3_stream_room(struct xy3_stream *stream)
 	size_t scans;
 
 	guard(spinlock_irqsave)(&stream->lock);
-	if (!stream->running || stream->error)
+	if (!stream->running || stream->leaving || stream->error)
 		return 1;
 	scans = xy3_stream_free(stream);
 	return scans < stream->wanted ? 0 : scans;
@@ -545,6 +581,16 @@ size_t xy3_stream_waiting(struct xy3_stream *stream)
 }
 
 /**
+ * xy3_stream_begin_write() - what is taken from now on is no part of a write that was aborted
+ * @stream: the stream
+ */
+void xy3_stream_begin_write(struct xy3_stream *stream)
+{
+	guard(spinlock_irqsave)(&stream->lock);
+	stream->aborted = false;
+}
+
+/**
  * xy3_stream_take() - take the block that is to be filled
  * @stream: the stream
  * @scans: what is to be written, to this block and the next ones
@@ -552,17 +598,22 @@ size_t xy3_stream_waiting(struct xy3_stream *stream)
  * There is one writer at a time: once it has found room for all, nobody takes that away.
  *
  * Return: the block, with room for one scan at least; NULL when there is no room for @scans;
- * -EINVAL when the stream does not run, or the controller's error.
+ * -ECANCELED when the write is aborted, -ENODEV when the stream ends for good, -EINVAL when it does
+ * not run, or the controller's error.
  */
 struct xy3_block *xy3_stream_take(struct xy3_stream *stream, size_t scans)
 {
 	struct xy3_block *block;
 
 	guard(spinlock_irqsave)(&stream->lock);
+	if (stream->leaving)
+		return ERR_PTR(-ENODEV);
 	if (!stream->running)
 		return ERR_PTR(-EINVAL);
 	if (stream->error)
 		return ERR_PTR(stream->error);
+	if (stream->aborted)
+		return ERR_PTR(-ECANCELED);
 	if (xy3_stream_free(stream) < scans) {
 		stream->wanted = scans;
 		return NULL;
@@ -587,7 +638,7 @@ struct xy3_block *xy3_stream_take(struct xy3_stream *stream, size_t scans)
 void xy3_stream_give(struct xy3_stream *stream, struct xy3_block *block)
 {
 	guard(spinlock_irqsave)(&stream->lock);
-	if (!block->scans || stream->error)
+	if (!block->scans || stream->error || stream->aborted)
 		xy3_put_empty(block);
 	else if (block->scans == block->scans_max)
 		list_add_tail(&block->node, &stream->full);

@@ -8,7 +8,9 @@ import glob
 import os
 import random
 import select
+import signal
 import struct
+import time
 
 import pytest
 import forward_rig
@@ -255,6 +257,83 @@ class TestCommands(Case):
             assert wait(lambda rate=rate: read_file(forward.head + 'rate') == '%d\n' % rate), rate
             assert forward.sim('rate') == str(rate)
             assert wait(lambda: read_file(forward.head + 'in_sync') == '1\n'), rate
+
+
+class TestAbort(Case):
+    SCANS = 4096
+    DATA = struct.pack('<3I', 1, 2, 3) * SCANS
+    RATE = 200      # scans that are written take 20 s
+
+    def slow_stream(self):
+        forward = self.forward(4, 'line', more='realtime=1')
+        assert forward.set('sampling_frequency', self.RATE) is None
+        return forward, forward.stream()
+
+    def disable(self, forward):
+        """In another process. -> its pid"""
+        child = os.fork()
+        if not child:
+            os._exit(forward.stop() is not None)
+        return child
+
+    def ended(self, child):
+        """-> how, before all could have been sent"""
+        start = time.monotonic()
+        status = os.waitpid(child, 0)[1]
+        assert time.monotonic() - start < self.SCANS / self.RATE / 2
+        return status
+
+    def written(self, forward):
+        """-> scans sent that were written"""
+        return forward.number('scans') - forward.number('repeated')
+
+    def test_abort(self):
+        forward, stream = self.slow_stream()
+        assert stream.write(self.DATA) == len(self.DATA)
+        assert forward.set('abort', 1) is None
+        assert forward.number('buffer/data_available') == 0
+        assert wait(lambda: forward.number('repeated') > 0)
+        assert self.written(forward) < self.SCANS / 2
+        assert stream.write(struct.pack('<3I', 7, 8, 9)) == 12      # it runs
+        stream.finish()
+        assert forward.x_of('positions') == '7'
+
+    def test_abort_is_written_only(self):
+        forward = self.forward(4, 'line')
+        assert os.stat(forward.iio + 'abort').st_mode & 0o777 == 0o200
+        for text in ('0', 'x', ''):
+            assert forward.set('abort', text + '\n') == 'EINVAL', text
+        assert forward.set('abort', 1) is None          # without a stream
+
+    def test_abort_ends_disabling(self):
+        forward, stream = self.slow_stream()
+        stream.write(self.DATA)
+        child = self.disable(forward)
+        time.sleep(0.5)
+        assert forward.set('abort', 1) is None
+        assert self.ended(child) == 0
+        assert self.written(forward) < self.SCANS / 2
+
+    def test_killed_while_disabling(self):
+        forward, stream = self.slow_stream()
+        stream.write(self.DATA)
+        child = self.disable(forward)
+        time.sleep(0.5)
+        os.kill(child, signal.SIGKILL)
+        self.ended(child)
+        assert forward.get('buffer/enable') == '0'
+        assert self.written(forward) < self.SCANS / 2
+
+    def test_unbinding_drops(self):
+        forward, stream = self.slow_stream()
+        stream.write(self.DATA)
+        start = time.monotonic()
+        forward.unbind()
+        assert time.monotonic() - start < self.SCANS / self.RATE / 2
+        assert error_name(stream.write, self.DATA) == 'ENODEV'
+        stream.close()
+        forward.bind()
+        forward.find()
 
 
 class TestErrors(Case):
