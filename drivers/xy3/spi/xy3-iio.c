@@ -7,7 +7,9 @@
 #include <linux/iio/buffer.h>
 #include <linux/iio/iio.h>
 #include <linux/iio/sysfs.h>
+#include <linux/kobject.h>
 #include <linux/kstrtox.h>
+#include <linux/sysfs.h>
 
 #include "xy3-spi.h"
 
@@ -235,6 +237,16 @@ static int xy3_predisable(struct iio_dev *indio_dev)
 	return 0;
 }
 
+static void xy3_notify_underrun(struct work_struct *work)
+{
+	struct xy3_iio *iio = container_of(to_delayed_work(work), struct xy3_iio, stream.underrun);
+	char *properties[] = { "XY3_EVENT=underrun", NULL };
+
+	xy3_stream_notified(&iio->stream);
+	sysfs_notify(&iio->dev->kobj, NULL, "underruns");
+	kobject_uevent_env(&iio->dev->kobj, KOBJ_CHANGE, properties);
+}
+
 static const struct iio_buffer_setup_ops xy3_setup_ops = {
 	.postenable = xy3_postenable,
 	.predisable = xy3_predisable,
@@ -301,6 +313,7 @@ struct iio_dev *xy3_iio_register(struct spi_device *spi, const struct xy3_line_m
 	if (!indio_dev)
 		return ERR_PTR(-ENOMEM);
 	iio = iio_priv(indio_dev);
+	iio->dev = &indio_dev->dev;
 	mutex_init(&iio->lock);
 	iio->stream.spi = spi;
 	iio->stream.map = *map;
@@ -309,6 +322,7 @@ struct iio_dev *xy3_iio_register(struct spi_device *spi, const struct xy3_line_m
 	iio->stream.forward = forward;
 	xy3_buffer_init(iio);
 	iio->stream.writers = &iio->buffer.pollq;
+	INIT_DELAYED_WORK(&iio->stream.underrun, xy3_notify_underrun);
 	xy3_make_channels(iio);
 
 	indio_dev->name = "xy3-100";

@@ -19,6 +19,7 @@
 #include <linux/spi/spi.h>
 #include <linux/spinlock.h>
 #include <linux/wait.h>
+#include <linux/workqueue.h>
 
 #include "xy3.h"
 #include "xy3-lines.h"
@@ -102,10 +103,12 @@ enum xy3_stream_stat {
  * @rate: frames per second; changed while nothing is sent only
  * @forward: the forward channel, which is told when there is room for commands
  * @writers: where those wait who want an empty block
+ * @underrun: notifies user space of underruns
  * @lock: protects all that follows up to @achieved; taken when a message is done, in any context
  * @running: a stream: when nothing is there to send, the last position is repeated
  * @primed: a scan has been sent since it runs
  * @repeating: the block that was queued last repeats a position
+ * @notify_at: @underrun is not to run before that, in jiffies
  * @leaving: it ends for good: what is written is dropped, and no more is taken
  * @aborted: the rest of the write that is going on is dropped
  * @error: what the controller has said; nothing more is sent until the stream is started anew
@@ -144,11 +147,13 @@ struct xy3_stream {
 	unsigned int rate;
 	struct xy3_forward *forward;
 	wait_queue_head_t *writers;
+	struct delayed_work underrun;
 
 	spinlock_t lock;	/* see above */
 	bool running;
 	bool primed;
 	bool repeating;
+	u64 notify_at;
 	bool leaving;
 	bool aborted;
 	int error;
@@ -221,12 +226,14 @@ size_t xy3_stream_waiting(struct xy3_stream *stream);
 struct xy3_block *xy3_stream_take(struct xy3_stream *stream, size_t scans);
 void xy3_stream_give(struct xy3_stream *stream, struct xy3_block *block);
 int xy3_stream_resize(struct xy3_stream *stream, unsigned int frame_bits);
+void xy3_stream_notified(struct xy3_stream *stream);
 void xy3_stream_count_masked(struct xy3_stream *stream, u64 count);
 unsigned int xy3_stream_achieved(struct xy3_stream *stream);
 u64 xy3_stream_stat(struct xy3_stream *stream, enum xy3_stream_stat stat);
 
 /**
  * struct xy3_iio - the IIO device: what user space sees of a stream
+ * @dev: the IIO device
  * @buffer: what is written to it goes into blocks
  * @access: what @buffer can do once the module may go
  * @stream: the stream
@@ -238,6 +245,7 @@ u64 xy3_stream_stat(struct xy3_stream *stream, enum xy3_stream_stat stat);
  * @codes: the same with the channels that are no part of it
  */
 struct xy3_iio {
+	struct device *dev;
 	struct iio_buffer buffer;
 	struct iio_buffer_access_funcs access;
 	struct xy3_stream stream;

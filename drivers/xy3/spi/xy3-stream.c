@@ -10,16 +10,21 @@
  */
 
 #include <linux/errno.h>
+#include <linux/jiffies.h>
 #include <linux/ktime.h>
 #include <linux/math64.h>
 #include <linux/minmax.h>
 #include <linux/poll.h>
 #include <linux/slab.h>
+#include <workqueue-compat.h>
 
 #include "xy3-spi.h"
 
 /* the achieved rate is a mean over this time */
 #define XY3_MEASURE_NS		(NSEC_PER_SEC / 2)
+
+/* User space is notified of underruns no more often than that */
+#define XY3_NOTIFY_MS		100
 
 /* Repeating begins while the controller still has a block: with the next one it has so many */
 #define XY3_BLOCKS_LOW		2
@@ -69,6 +74,16 @@ static struct xy3_block *xy3_next_written(struct xy3_stream *stream)
 	return block;
 }
 
+static void xy3_underrun_begins(struct xy3_stream *stream)
+{
+	u64 now = get_jiffies_64();
+	unsigned long delay = stream->notify_at > now ? stream->notify_at - now : 0;
+
+	stream->stat[XY3_UNDERRUNS]++;
+	if (!stream->leaving)
+		queue_delayed_work(system_percpu_wq, &stream->underrun, delay);
+}
+
 static struct xy3_block *xy3_next_repeated(struct xy3_stream *stream)
 {
 	struct xy3_block *block = list_first_entry_or_null(&stream->spare, struct xy3_block, node);
@@ -81,7 +96,7 @@ static struct xy3_block *xy3_next_repeated(struct xy3_stream *stream)
 	for (unsigned int i = 0; i < block->scans; i++)
 		memcpy(block->data + i * size, stream->last, size);
 	if (!stream->repeating)
-		stream->stat[XY3_UNDERRUNS]++;
+		xy3_underrun_begins(stream);
 	stream->repeating = true;
 	return block;
 }
@@ -501,6 +516,7 @@ void xy3_stream_leave(struct xy3_stream *stream)
 	scoped_guard(spinlock_irqsave, &stream->lock)
 		stream->leaving = true;
 	xy3_stream_abort(stream);
+	cancel_delayed_work_sync(&stream->underrun);
 }
 
 /**
@@ -684,6 +700,16 @@ int xy3_stream_resize(struct xy3_stream *stream, unsigned int frame_bits)
 }
 
 /**
+ * xy3_stream_notified() - user space is being notified of underruns
+ * @stream: the stream
+ */
+void xy3_stream_notified(struct xy3_stream *stream)
+{
+	guard(spinlock_irqsave)(&stream->lock);
+	stream->notify_at = get_jiffies_64() + msecs_to_jiffies(XY3_NOTIFY_MS);
+}
+
+/**
  * xy3_stream_count_masked() - codes were too high
  * @stream: the stream
  * @count: how many
@@ -708,7 +734,7 @@ unsigned int xy3_stream_achieved(struct xy3_stream *stream)
 
 /**
  * xy3_stream_init() - prepare a stream
- * @stream: the stream; spi, map, word_is_scan, rate and forward are filled in
+ * @stream: the stream; all up to its lock is filled in
  *
  * Return: 0 or -ENOMEM.
  */

@@ -76,6 +76,40 @@ class TestClosedLoop(Case):
             assert forward.x_of('positions') == str(round_)
         stream.finish()
 
+    def test_underruns_are_notified(self):
+        """Each that begins, to pollers and as uevents; nothing else."""
+        forward = self.forward(4, 'line', more='realtime=1')
+        poller = head_rig.AttributePoller(forward.iio + 'underruns')
+        self.add_cleanup(poller.close)
+        events = head_rig.Uevents(('iio',))
+        self.add_cleanup(events.close)
+        stream = forward.stream()
+        events.take()
+        assert not poller.changed(0.3)
+        for number in (1, 2):
+            stream.write(struct.pack('<3I', 1, 2, 3) * 300)
+            assert poller.changed(5)
+            assert poller.read() == '%d\n' % number
+            assert events.properties() == [{'EVENT': 'underrun'}]
+            assert not poller.changed(0.3)      # it goes on
+        stream.finish()
+
+    def test_many_underruns(self):
+        """Notified in groups, and the last one is never lost."""
+        forward = self.forward(4, 'line', more='realtime=1')
+        poller = head_rig.AttributePoller(forward.iio + 'underruns')
+        self.add_cleanup(poller.close)
+        events = head_rig.Uevents(('iio',))
+        self.add_cleanup(events.close)
+        stream = forward.stream()
+        events.take()
+        for number in range(1, 101):
+            stream.write(struct.pack('<3I', 1, 2, 3))
+            assert wait(lambda number=number: forward.number('underruns') == number)
+        assert wait(lambda: poller.changed(5) and poller.read() == '100\n')
+        assert 1 <= len(events.properties()) < 50
+        stream.finish()
+
     def test_writes_that_are_no_scans(self):
         forward = self.forward(4, 'line')
         stream = forward.open(os.O_NONBLOCK)
