@@ -17,8 +17,11 @@ static struct xy3_iio *xy3_from_buffer(struct iio_buffer *buffer)
 	return container_of(buffer, struct xy3_iio, buffer);
 }
 
-/* Lay the channels that were written over the positions of those that are not in the buffer */
-static void xy3_spread_channels(struct xy3_iio *iio, size_t scans)
+/*
+ * Lay the channels that were written over the positions of those that are not in the buffer, which
+ * are the same from the start of a stream to its end. @position becomes the last scan.
+ */
+static void xy3_spread_channels(struct xy3_iio *iio, size_t scans, u32 *position)
 {
 	const unsigned long *mask = iio->buffer.scan_mask;
 	unsigned int axes = iio->stream.map.axes;
@@ -27,15 +30,17 @@ static void xy3_spread_channels(struct xy3_iio *iio, size_t scans)
 	u32 *out = iio->codes;
 	u64 masked = 0;
 
+	xy3_stream_position(&iio->stream, position);
+
 	for (; scans; scans--) {
 		for (unsigned int i = 0; i < axes; i++) {
 			if (test_bit(i, mask)) {
 				u32 code = le32_to_cpu(*in++);
 
 				masked += code > max;
-				iio->position[i] = code & max;
+				position[i] = code & max;
 			}
-			*out++ = iio->position[i];
+			*out++ = position[i];
 		}
 		if (iio->stream.map.gate_line >= 0)
 			*out++ = test_bit(axes, mask) ? le32_to_cpu(*in++) : 0;
@@ -62,7 +67,7 @@ static ssize_t xy3_fill_block(struct xy3_iio *iio, size_t size, const char __use
 	if (copy_from_user(iio->input, data, taken)) {
 		taken = -EFAULT;
 	} else {
-		xy3_spread_channels(iio, scans);
+		xy3_spread_channels(iio, scans, block->position);
 		xy3_stream_encode(stream, iio->codes, scans,
 				  block->data + block->scans * xy3_stream_scan_size(stream));
 		block->scans += scans;

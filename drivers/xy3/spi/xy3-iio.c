@@ -30,13 +30,13 @@ static int xy3_read_raw(struct iio_dev *indio_dev, struct iio_chan_spec const *c
 {
 	struct xy3_iio *iio = iio_priv(indio_dev);
 	struct xy3_stream *stream = &iio->stream;
+	u32 position[XY3_COLUMNS_MAX];
 
 	switch (mask) {
-	case IIO_CHAN_INFO_RAW: {
-		guard(mutex)(&iio->lock);
-		*value = iio->position[channel->scan_index];
+	case IIO_CHAN_INFO_RAW:
+		xy3_stream_position(stream, position);
+		*value = position[channel->scan_index];
 		return IIO_VAL_INT;
-	}
 	case IIO_CHAN_INFO_SAMP_FREQ:
 		*value = stream->rate;
 		return IIO_VAL_INT;
@@ -47,16 +47,13 @@ static int xy3_read_raw(struct iio_dev *indio_dev, struct iio_chan_spec const *c
 
 static int xy3_write_position(struct xy3_iio *iio, unsigned int index, int value)
 {
-	u32 was = iio->position[index];
-	int err;
+	u32 position[XY3_COLUMNS_MAX];
 
 	if (value < 0 || value > xy3_code_max(&iio->stream.map))
 		return -ERANGE;
-	iio->position[index] = value;
-	err = xy3_stream_position(&iio->stream, iio->position);
-	if (err)
-		iio->position[index] = was;
-	return err;
+	xy3_stream_position(&iio->stream, position);
+	position[index] = value;
+	return xy3_stream_send_position(&iio->stream, position);
 }
 
 static int xy3_write_rate(struct xy3_iio *iio, int rate)
@@ -126,11 +123,12 @@ static int xy3_change_bits(struct xy3_iio *iio, unsigned int bits)
 	err = xy3_stream_resize(&iio->stream, bits);
 	if (err || bits == was)
 		return err;
+	guard(spinlock_irqsave)(&iio->stream.lock);
 	for (unsigned int i = 0; i < iio->stream.map.axes; i++) {
 		if (bits == 32)
-			iio->position[i] <<= XY3_CODE_BITS_MORE;
+			iio->stream.position[i] <<= XY3_CODE_BITS_MORE;
 		else
-			iio->position[i] >>= XY3_CODE_BITS_MORE;
+			iio->stream.position[i] >>= XY3_CODE_BITS_MORE;
 	}
 	xy3_set_bits(iio, bits);
 	return 0;

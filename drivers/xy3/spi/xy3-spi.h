@@ -59,6 +59,7 @@ struct xy3_message {
  * @scans: how many it holds now
  * @repeats: one of those that repeat the last position
  * @data: their bytes
+ * @position: of a block that was written, its last scan: a code for each axis, then 0 for a gate
  * @ready: the controller has been shown @whole, which does not change any more
  * @whole: the message for @scans_max of them; for fewer it is used while not @ready only
  * @sent: the message that is, or was last, on its way
@@ -70,6 +71,7 @@ struct xy3_block {
 	unsigned int scans;
 	bool repeats;
 	u8 *data;
+	u32 position[XY3_COLUMNS_MAX];
 	bool ready;
 	struct xy3_message whole;
 	struct xy3_message *sent;
@@ -127,6 +129,7 @@ enum xy3_stream_stat {
  * @closed: it was sent for the error there is
  * @queued: blocks that the controller has
  * @last: the last scan that was given to the controller, with the gate low
+ * @position: by column, the code that was sent last, whatever was not sent behind it; 0 for a gate
  * @command_number: of the command that it carries
  * @commands: what @command_block is to carry next
  * @commands_taken: number of the last command that was taken; they are numbered one by one
@@ -172,6 +175,7 @@ struct xy3_stream {
 	bool closed;
 	unsigned int queued;
 	u8 last[XY3_SCAN_SIZE_MAX];
+	u32 position[XY3_COLUMNS_MAX];
 	u32 command_number;
 	DECLARE_KFIFO(commands, u32, XY3_COMMANDS_QUEUED);
 	u32 commands_taken;
@@ -210,7 +214,8 @@ void xy3_stream_exit(struct xy3_stream *stream);
 unsigned int xy3_stream_rate_max(const struct xy3_stream *stream);
 int xy3_stream_command(struct xy3_stream *stream, u32 command);
 unsigned int xy3_stream_command_room(struct xy3_stream *stream);
-int xy3_stream_position(struct xy3_stream *stream, const u32 *codes);
+void xy3_stream_position(struct xy3_stream *stream, u32 *position);
+int xy3_stream_send_position(struct xy3_stream *stream, const u32 *position);
 void xy3_stream_encode(const struct xy3_stream *stream, const u32 *codes, size_t scans, u8 *out);
 int xy3_stream_blocks(struct xy3_stream *stream, unsigned int scans);
 int xy3_stream_drain(struct xy3_stream *stream);
@@ -239,8 +244,6 @@ u64 xy3_stream_stat(struct xy3_stream *stream, enum xy3_stream_stat stat);
  * @stream: the stream
  * @lock: held while something is written to @buffer, and by who changes settings
  * @channels: one for each axis of the line map, and one for its gate
- * @position: by channel, the code that was sent last, or is to be sent where a channel is not
- *	      part of the buffer; behind them the gate, which is low in all but streams
  * @input: what user space has written, before it is encoded
  * @codes: the same with the channels that are no part of it
  */
@@ -251,7 +254,6 @@ struct xy3_iio {
 	struct xy3_stream stream;
 	struct mutex lock;	/* see above */
 	struct iio_chan_spec channels[XY3_COLUMNS_MAX];
-	u32 position[XY3_COLUMNS_MAX];
 	__le32 input[XY3_BLOCK_SCANS * XY3_COLUMNS_MAX];
 	u32 codes[XY3_BLOCK_SCANS * XY3_COLUMNS_MAX];
 };

@@ -29,6 +29,24 @@
 /* Repeating begins while the controller still has a block: with the next one it has so many */
 #define XY3_BLOCKS_LOW		2
 
+/**
+ * xy3_stream_encode() - make the bytes of scans
+ * @stream: the stream
+ * @codes: the columns of the line map for each scan
+ * @scans: how many scans
+ * @out: room for so many
+ */
+void xy3_stream_encode(const struct xy3_stream *stream, const u32 *codes, size_t scans, u8 *out)
+{
+	if (!stream->word_is_scan) {
+		xy3_encode_scans(&stream->map, codes, scans, out);
+		return;
+	}
+	/* one axis; words as the controller wants them, in the byte order of the processor */
+	for (size_t i = 0; i < scans; i++)
+		((u32 *)out)[i] = xy3_position_word(&stream->map, codes[i]);
+}
+
 /* ---- what the controller is given ---- */
 
 static struct xy3_block *xy3_next_command(struct xy3_stream *stream)
@@ -152,7 +170,7 @@ static void xy3_stream_fail(struct xy3_stream *stream, int err)
 
 static void xy3_block_done(void *context);
 
-/* What was written last, with the gate low. Return false when nothing could have raised it. */
+/* What was sent last, with the gate low. Return false when nothing could have raised it. */
 static bool xy3_make_closing(struct xy3_stream *stream)
 {
 	struct xy3_block *block = stream->closing;
@@ -160,7 +178,7 @@ static bool xy3_make_closing(struct xy3_stream *stream)
 	if (stream->map.gate_line < 0 || !stream->primed)
 		return false;
 	block->scans = 1;
-	memcpy(block->data, stream->last, xy3_stream_scan_size(stream));
+	xy3_stream_encode(stream, stream->position, 1, block->data);
 	return true;
 }
 
@@ -244,6 +262,9 @@ static void xy3_block_done(void *context)
 			stream->stat[XY3_REPEATED] += block->repeats ? block->scans : 0;
 			if (block == stream->command_block)
 				xy3_command_sent(stream);
+			else if (!block->repeats)
+				memcpy(stream->position, block->position,
+				       sizeof(stream->position));
 			xy3_measure(stream, block->scans);
 		}
 		xy3_block_recycle(block);
@@ -257,24 +278,6 @@ static void xy3_block_done(void *context)
 }
 
 /* ---- for the others ---- */
-
-/**
- * xy3_stream_encode() - make the bytes of scans
- * @stream: the stream
- * @codes: the columns of the line map for each scan
- * @scans: how many scans
- * @out: room for so many
- */
-void xy3_stream_encode(const struct xy3_stream *stream, const u32 *codes, size_t scans, u8 *out)
-{
-	if (!stream->word_is_scan) {
-		xy3_encode_scans(&stream->map, codes, scans, out);
-		return;
-	}
-	/* one axis; words as the controller wants them, in the byte order of the processor */
-	for (size_t i = 0; i < scans; i++)
-		((u32 *)out)[i] = xy3_position_word(&stream->map, codes[i]);
-}
 
 /**
  * xy3_stream_rate_max() - the highest rate that the bus can do
@@ -369,13 +372,25 @@ int xy3_stream_drain(struct xy3_stream *stream)
 }
 
 /**
- * xy3_stream_position() - send one scan and wait until it has been sent
+ * xy3_stream_position() - where the axes are, as far as the controller has told
+ * @stream: the stream
+ * @position: room for all columns: a code for each axis of the line map, and behind them 0 for a
+ *	      gate
+ */
+void xy3_stream_position(struct xy3_stream *stream, u32 *position)
+{
+	guard(spinlock_irqsave)(&stream->lock);
+	memcpy(position, stream->position, sizeof(stream->position));
+}
+
+/**
+ * xy3_stream_send_position() - send one scan and wait until it has been sent
  * @stream: the stream, which does not run
- * @codes: a position for each axis of the line map, and behind them 0 for a gate
+ * @position: a code for each column, 0 for a gate
  *
  * Return: 0 or the controller's error.
  */
-int xy3_stream_position(struct xy3_stream *stream, const u32 *codes)
+int xy3_stream_send_position(struct xy3_stream *stream, const u32 *position)
 {
 	struct xy3_block *block = xy3_block_new(stream, 1);
 	int err;
@@ -383,11 +398,12 @@ int xy3_stream_position(struct xy3_stream *stream, const u32 *codes)
 	if (!block)
 		return -ENOMEM;
 	block->scans = 1;
-	xy3_stream_encode(stream, codes, 1, block->data);
+	xy3_stream_encode(stream, position, 1, block->data);
 	err = xy3_block_send_now(block);
 	if (!err) {
 		guard(spinlock_irqsave)(&stream->lock);
 		stream->stat[XY3_SCANS]++;
+		memcpy(stream->position, position, sizeof(stream->position));
 	}
 	xy3_block_free(block);
 	return err;

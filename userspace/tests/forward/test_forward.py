@@ -46,6 +46,27 @@ class TestClosedLoop(Case):
         assert forward.number('scans') - forward.number('repeated') == scans
         assert forward.number('bus_errors') == 0
 
+    def test_positions_while_a_stream_runs(self):
+        """Those that the controller has, not those that wait; also while it is being disabled."""
+        forward = self.forward(4, 'line', more='realtime=1')
+        assert forward.set('sampling_frequency', 1000) is None
+        stream = forward.stream()
+        scans = b''.join(struct.pack('<3I', i, 7, 0) for i in range(4000))
+        assert stream.write(scans) == len(scans)
+        assert forward.number('out_angl0_raw') < 2000
+        assert wait(lambda: forward.number('out_angl0_raw') > 2000)
+        assert forward.number('out_angl0_raw') < 3999
+        assert forward.set('abort', 1) is None
+        assert wait(lambda: forward.number('repeated') > 0)
+        assert forward.x_of('positions') == forward.get('out_angl0_raw') != '3999'
+        # an axis that is left out keeps the position that was sent
+        stream.finish()
+        stream = forward.stream(axes=(1,))
+        stream.write(struct.pack('<I', 9))
+        stream.finish()
+        assert forward.x_of('positions') == forward.get('out_angl0_raw') != '3999'
+        assert forward.number('out_angl1_raw') == 9
+
     def test_one_axis_left_out(self):
         forward = self.forward(4, 'line')
         assert forward.set('out_angl1_raw', 777) is None
@@ -397,6 +418,24 @@ class TestErrors(Case):
         assert forward.set('out_angl0_raw', 5) == 'EIO'
         assert forward.number('out_angl0_raw') == 0
         assert forward.set('out_angl0_raw', 5) is None
+
+    def test_positions_after_an_error(self):
+        """What the controller was never given is not where an axis is."""
+        forward = self.forward(4, 'line', more='realtime=1')
+        assert forward.set('sampling_frequency', 2000) is None
+        for axis in range(3):
+            assert forward.set('out_angl%d_raw' % axis, 500) is None
+        stream = forward.stream()
+        forward.set_sim('faults/spi_error_in', 2)
+        scans = b''.join(struct.pack('<3I', 1000 + i, 2000 + i, 3000) for i in range(2000))
+        assert stream.write(scans) == len(scans)
+        assert wait(lambda: forward.number('bus_errors') == 1)
+        assert forward.stop() is None
+        x, y, z = (forward.number('out_angl%d_raw' % axis) for axis in range(3))
+        assert 1000 < x < 2999
+        assert (y, z) == (x + 1000, 3000)
+        assert forward.set('out_angl0_raw', 5) is None
+        assert forward.sim('positions').splitlines() == ['x 5 20', 'y %d 20' % y, 'z 3000 20']
 
     def test_start_and_stop(self):
         forward = self.forward(4, 'line')
