@@ -261,13 +261,14 @@ static void xy3_spi_remove(struct spi_device *spi)
 	xy3_drop_iio(x);
 }
 
-/* A scan is going on: the mirrors would stand still in the middle of it, under the laser's beam */
 static int xy3_spi_suspend(struct device *dev)
 {
 	struct xy3_spi *x = dev_get_drvdata(dev);
 
 	guard(mutex)(&x->lock);
-	return x->iio && iio_buffer_enabled(x->iio) ? -EBUSY : 0;
+	if (x->iio)
+		xy3_stream_suspend(xy3_iio_stream(x->iio));
+	return 0;
 }
 
 static DEFINE_SIMPLE_DEV_PM_OPS(xy3_spi_pm, xy3_spi_suspend, NULL);

@@ -224,6 +224,7 @@ int xy3_stream_start(struct xy3_stream *stream);
 void xy3_stream_stop(struct xy3_stream *stream);
 void xy3_stream_abort(struct xy3_stream *stream);
 void xy3_stream_leave(struct xy3_stream *stream);
+void xy3_stream_suspend(struct xy3_stream *stream);
 void xy3_stream_begin_write(struct xy3_stream *stream);
 size_t xy3_stream_write_max(const struct xy3_stream *stream);
 size_t xy3_stream_room(struct xy3_stream *stream);

@@ -152,11 +152,10 @@ static void xy3_drop_written(struct xy3_stream *stream)
 	stream->filling = NULL;
 }
 
-/* The controller has not sent something: nothing that waits is to go out at some later time */
+/* The stream has failed: nothing that waits is to go out at some later time */
 static void xy3_stream_fail(struct xy3_stream *stream, int err)
 {
 	stream->error = err;
-	stream->stat[XY3_ERRORS]++;
 	kfifo_reset(&stream->commands);
 	xy3_forward_has_room(stream->forward);
 	if (stream->commands_done != stream->commands_taken) {
@@ -210,6 +209,7 @@ static void xy3_pump(struct xy3_stream *stream, bool late)
 			return;
 		err = xy3_block_send(block, xy3_block_done);
 		if (err) {
+			stream->stat[XY3_ERRORS]++;
 			xy3_stream_fail(stream, err);
 			xy3_block_recycle(block);
 			xy3_close_after_error(stream);
@@ -256,6 +256,7 @@ static void xy3_block_done(void *context)
 		stream->queued--;
 		err = xy3_block_back(block);
 		if (err) {
+			stream->stat[XY3_ERRORS]++;
 			xy3_stream_fail(stream, err);
 		} else {
 			stream->stat[XY3_SCANS] += block->scans;
@@ -533,6 +534,26 @@ void xy3_stream_leave(struct xy3_stream *stream)
 		stream->leaving = true;
 	xy3_stream_abort(stream);
 	cancel_delayed_work_sync(&stream->underrun);
+}
+
+/**
+ * xy3_stream_suspend() - stop a stream that runs, as after an error
+ * @stream: the stream
+ *
+ * What the controller has is sent, and the gate lowered; the rest is dropped. Writers get
+ * -ESHUTDOWN until the stream is started anew.
+ */
+void xy3_stream_suspend(struct xy3_stream *stream)
+{
+	scoped_guard(spinlock_irqsave, &stream->lock) {
+		if (!stream->running)
+			return;
+		xy3_stream_fail(stream, -ESHUTDOWN);
+		xy3_close_after_error(stream);
+		wake_up_all(&stream->done);
+		wake_up_interruptible_poll(stream->writers, EPOLLOUT | EPOLLWRNORM);
+	}
+	wait_event(stream->done, xy3_stream_idle(stream));
 }
 
 /**

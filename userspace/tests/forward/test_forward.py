@@ -194,18 +194,28 @@ class TestSettings(Case):
         assert forward.set('out_angl1_raw', 6) is None
         assert forward.sim('positions').splitlines() == ['x 5 20', 'w 6 20']
 
-    def test_no_suspend_while_a_stream_runs(self):
-        forward = self.forward(4, 'line')
+    def test_suspend_stops_a_stream(self):
+        """With what waits dropped; a new start is a new stream."""
+        forward = self.forward(4, 'line', more='realtime=1')
+        assert forward.set('sampling_frequency', 1000) is None
         write_file('/sys/module/suspend/parameters/pm_test_delay', '0')
         write_file('/sys/power/pm_test', 'devices')
-        assert forward.start() is None
-        assert error_name(write_file, '/sys/power/state', 'freeze') == 'EBUSY'
-        stream = forward.open()
-        stream.write(struct.pack('<3I', 1, 2, 3))       # it runs as before
-        stream.finish()
-        assert forward.x_of('positions') == '1'
+        stream = forward.stream()
+        assert stream.write(struct.pack('<3I', 1, 2, 3) * 4000) == 48000
         assert error_name(write_file, '/sys/power/state', 'freeze') is None
-        assert forward.set('out_angl0_raw', 4) is None
+        scans = forward.number('scans')
+        assert scans < 2000
+        assert error_name(stream.write, b'\0' * 12) == 'ESHUTDOWN'
+        assert error_name(write_file, forward.head + 'calibrate', 'x') == 'ESHUTDOWN'
+        assert forward.number('scans') == scans     # it stands still
+        assert forward.number('bus_errors') == 0
+        assert forward.stop() is None
+        assert forward.start() is None
+        stream.write(struct.pack('<3I', 4, 5, 6))
+        stream.finish()
+        assert forward.x_of('positions') == '4'
+        assert error_name(write_file, '/sys/power/state', 'freeze') is None
+        assert forward.set('out_angl0_raw', 5) is None
 
     def test_another_drivers_device(self):
         """What firmware calls something else, as boards do that come with /dev/spidevB.C."""

@@ -172,6 +172,30 @@ class TestLow(GateCase):
             write_file(forward.spi + 'line_map', 'sync x y gate')
             forward.find()
 
+    def test_suspended(self):
+        forward = self.gated(more='realtime=1')
+        write_file('/sys/module/suspend/parameters/pm_test_delay', '0')
+        write_file('/sys/power/pm_test', 'devices')
+        stream = self.stream(forward)
+        stream.write(packed(high(4000)))
+        write_file('/sys/power/state', 'freeze')
+        assert self.gate(forward, 'high') == 0
+        assert 0 < self.gate(forward, 'scans') < 4000
+        stream.finish()
+        assert self.gate(forward, 'high') == 0
+
+    def test_aborted(self):
+        forward = self.gated(more='realtime=1')
+        written = high(4000)
+        forward.record(10000)
+        stream = self.stream(forward)
+        stream.write(packed(written))
+        assert forward.set('abort', 1) is None
+        assert self.is_low(forward)
+        stream.finish()
+        assert 0 < self.judge(forward, written) < 4000
+        assert self.gate(forward, 'high') == 0
+
     def test_killed_writer(self):
         forward = self.gated(more='realtime=1')
         stream = self.stream(forward)
