@@ -22,7 +22,8 @@ endif
 
 .PHONY: all modules clean help install uninstall install-files uninstall-files demo demo-scanhead \
 	lib install-lib uninstall-lib tools install-tools uninstall-tools deb requirements \
-	series mutate bench check check-quick check-host check-kunit check-uml check-distro lint
+	series mutate bench check check-quick check-host check-kunit check-uml check-distro \
+	check-boards lint
 
 all: modules
 
@@ -56,6 +57,7 @@ help:
 	@echo '    check-kunit        codecs and driver in a debugging kernel (User Mode Linux)'
 	@echo '    check-uml          the whole stack in that kernel, with virtual pendants'
 	@echo '    check-distro       DKMS and the whole stack on stock Debian kernels (QEMU)'
+	@echo '    check-boards       the drivers on a board for arm64, decoded at its pins (QEMU)'
 	@echo '    lint               compilers, sparse, checkpatch, documents against code'
 	@echo '  sudo make bench    how quick codecs and forward channel are, against others'
 	@echo '  sudo make mutate   break the code on purpose: is it noticed?'
@@ -188,6 +190,9 @@ check-uml:
 
 check-distro:
 	userspace/tests/check-distro
+
+check-boards:
+	userspace/tests/check-boards
 
 lint:
 	userspace/tests/check-lint
