@@ -171,8 +171,8 @@ static void line_push(struct line *line)
 }
 
 /* @flags may be NULL; the driver has had the data when this returns */
-static inline void line_send(struct kunit *test, struct line *line, const u8 *data, const u8 *flags,
-		      size_t size)
+static inline void line_send(struct kunit *test, struct line *line, const u8 *data,
+			     const u8 *flags, size_t size)
 {
 	size_t taken;
 

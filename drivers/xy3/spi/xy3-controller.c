@@ -85,7 +85,7 @@ static u32 xy3_lines_of(u32 mode)
  * driver saw the device: how many lines were meant is known from the property alone. From 7.2 on
  * it may be an array, with a width for each lane.
  */
-static int xy3_lines_wanted(const struct spi_device *spi, u32 *lines)
+static int xy3_lines_wanted(struct spi_device *spi, u32 *lines)
 {
 	int cells = device_property_count_u32(&spi->dev, "spi-tx-bus-width");
 

@@ -16,7 +16,6 @@
 #include <linux/minmax.h>
 #include <linux/poll.h>
 #include <linux/slab.h>
-#include <workqueue-compat.h>
 
 #include "xy3-spi.h"
 

@@ -14,7 +14,8 @@ import pytest
 from case import row
 from driven import MODELS
 import rig
-from rig import KEY, LAST_KEY, PARAMETER, Case, pressed, read_file, released, selected, turned, write_file
+from rig import (KEY, LAST_KEY, PARAMETER, Case, pressed, read_file, released, selected, turned,
+                 write_file)
 from xhc_sim import find
 
 EVIOCGKEYCODE, EVIOCSKEYCODE = 0x80084504, 0x40084504

@@ -213,8 +213,9 @@ static void look_driver(struct doctor *doctor)
 		}
 	}
 	if (!count)
-		doctor_found(doctor, "plug in the pendant's receiver, or its cable; `lsusb -d 10ce:' "
-			     "must show it", "no HB03, HB04 or WHB04B is plugged in");
+		doctor_found(doctor,
+			     "plug in the pendant's receiver, or its cable; `lsusb -d 10ce:' must show it",
+			     "no HB03, HB04 or WHB04B is plugged in");
 }
 
 /* ---- what it says of itself ---- */

@@ -16,7 +16,7 @@
 #define ROTARY_POSITIONS	8
 
 struct model {
-	const char *name;	/* as the driver's attribute has it; NULL: a model of a later driver */
+	const char *name;	/* as the driver's attribute has it; NULL: of a later driver */
 	const char *layout;	/* whose captions are shown when none was chosen */
 	uint32_t fields;	/* BIT() of those that it has; without the group */
 	enum field_index group, first, last;	/* the coordinates, and all of them as one */

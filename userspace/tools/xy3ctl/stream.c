@@ -37,8 +37,10 @@ struct settings {
 	double gate_off_us;
 };
 
-enum { KEY_SIZE = 0x100, KEY_POINTS, KEY_REPEAT, KEY_RAW, KEY_CODES, KEY_GATE,
-       KEY_GATE_ON, KEY_GATE_OFF };
+enum {
+	KEY_SIZE = 0x100, KEY_POINTS, KEY_REPEAT, KEY_RAW, KEY_CODES, KEY_GATE, KEY_GATE_ON,
+	KEY_GATE_OFF
+};
 
 static const struct argp_option options[] = {
 	{ "size", KEY_SIZE, "PART", 0, "Radius of a shape's circle, from 0 to 1 (0.9)", 0 },
