@@ -323,6 +323,9 @@ int xhc_input_init(struct xhc_device *xhc)
 	input_set_abs_params(dev, ABS_MISC, XHC_SEL_OFF, model->selector_max, 0, 0);
 	if (model->feed[0].code)
 		input_set_abs_params(dev, ABS_THROTTLE, XHC_FEED_UNKNOWN, XHC_FEED_LEAD, 0, 0);
+	/* events come before the registration, which would be the first to refuse this */
+	if (!dev->absinfo)
+		return -ENOMEM;
 	input_set_events_per_packet(dev, XHC_EVENTS_HINT);
 
 	return 0;
