@@ -23,7 +23,7 @@ MUTATIONS = (
              '#define XY3_GAP4\t0x11',
              '#define XY3_GAP4\t0x01'),
     Mutation('SYNC gap one clock short on 8 lines', 'xy3-lines.c',
-             '\t} else {\n\t\t*out++ = XY3_GAP8 << sync_line;\n',
+             '\t} else {\n\t\t*out++ = XY3_GAP8 * held;\n',
              '\t} else {\n\t\t*out++ = 0;\n'),
     Mutation('command on all lines', 'xy3-lines.c',
              '\txy3_add_frame(&clocks, map->lines, map->frame_bits, map->axis_line[0], frame);',
