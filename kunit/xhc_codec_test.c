@@ -121,7 +121,7 @@ static void report_row_name(const struct report_row *row, char *name)
 
 KUNIT_ARRAY_PARAM(report, report_rows, report_row_name);
 
-/* A copy of exactly so many bytes: one read too many is seen */
+/* A copy of exactly @size bytes, so that KASAN or ASan reports a read beyond them */
 static u8 *exact(struct kunit *test, const u8 *data, size_t size)
 {
 	u8 *copy = kunit_kmalloc(test, size, GFP_KERNEL);

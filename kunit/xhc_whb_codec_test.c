@@ -33,7 +33,7 @@ static void model_test(struct kunit *test)
 		KUNIT_EXPECT_NULL(test, xhc_model_find(others[i]));
 }
 
-/* A copy of exactly so many bytes: one read too many is seen */
+/* A copy of exactly @size bytes, so that KASAN or ASan reports a read beyond them */
 static u8 *exact(struct kunit *test, const u8 *data, size_t size)
 {
 	u8 *copy = kunit_kmalloc(test, size, GFP_KERNEL);

@@ -32,7 +32,7 @@
 /* The longest scan: 32 bits and the gap on 8 lines */
 #define XY3_SCAN_SIZE_MAX	((32 + XY3_GAP_CLOCKS) * XY3_LINES_MAX / 8)
 
-/* A scan has at most so many numbers: those of all axes, and the gate */
+/* Numbers of a scan at most: those of all axes, and the gate */
 #define XY3_COLUMNS_MAX		(XY3_AXES + 1)
 
 /**

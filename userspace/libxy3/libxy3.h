@@ -177,7 +177,7 @@ int xy3_line_map_encode_command(const struct xy3_line_map *map, uint32_t command
  */
 struct xy3_gate;
 
-/* For scans of so many axes and the gate. Return 0, -EINVAL or -ENOMEM. */
+/* For scans of @axes axes and the gate. Return 0, -EINVAL or -ENOMEM. */
 int xy3_gate_new(struct xy3_gate **gate, unsigned int axes, int on_delay, int off_delay);
 void xy3_gate_free(struct xy3_gate *gate);
 /*
@@ -213,7 +213,7 @@ void xy3_spidev_close(struct xy3_spidev *spidev);
  * have been sent.
  */
 ssize_t xy3_spidev_write(struct xy3_spidev *spidev, const uint32_t *codes, size_t scans);
-/* Send the last scan so many times more, the gate low. As above; -ENODATA when there was none. */
+/* Send the last scan @scans more times, the gate low. As above; -ENODATA when there was none. */
 ssize_t xy3_spidev_repeat(struct xy3_spidev *spidev, size_t scans);
 /* Send a command, XY3_COMMAND_*. Return 0, -ERANGE, or an error as above. */
 int xy3_spidev_command(struct xy3_spidev *spidev, uint32_t command);

@@ -76,7 +76,7 @@ MODULE_PARM_DESC(lsb_first, "The device is described with its lowest bit first (
 
 static unsigned int lanes;
 module_param(lanes, uint, 0444);
-MODULE_PARM_DESC(lanes, "The device is described with so many lanes of one line each (default: 0)");
+MODULE_PARM_DESC(lanes, "Number of lanes, of one line each, that firmware describes (default: 0)");
 
 static char *driver = SIM_NAME;
 module_param(driver, charp, 0444);

@@ -154,7 +154,7 @@ static ssize_t frame_bits_store(struct device *dev, struct device_attribute *att
 }
 static DEVICE_ATTR_RW(frame_bits);
 
-/* Takes no lock that a writer, or who waits for the stream's end, may hold for long */
+/* Takes no lock that a writer, or a waiter for the stream's end, may hold for long */
 static ssize_t abort_store(struct device *dev, struct device_attribute *attr, const char *buf,
 			   size_t count)
 {

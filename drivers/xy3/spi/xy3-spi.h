@@ -32,7 +32,7 @@
 #define XY3_BLOCKS_QUEUED	3
 #define XY3_COMMANDS_QUEUED	64
 
-/* Bytes of the longest scan on so many lines, with the gap behind it where SYNC is a line */
+/* Bytes of the longest scan on @lines data lines, with the gap that follows where SYNC is a line */
 #define XY3_SCAN_ROOM(lines)	DIV_ROUND_UP((32 + XY3_GAP_CLOCKS) * (lines), 8)
 
 /* For what is written there are twice the blocks that a write of the buffer's length needs */

@@ -33,7 +33,7 @@
  * @stream: the stream
  * @codes: the columns of the line map for each scan
  * @scans: how many scans
- * @out: room for so many
+ * @out: room for @scans scans
  */
 void xy3_stream_encode(const struct xy3_stream *stream, const u32 *codes, size_t scans, u8 *out)
 {
@@ -41,7 +41,7 @@ void xy3_stream_encode(const struct xy3_stream *stream, const u32 *codes, size_t
 		xy3_encode_scans(&stream->map, codes, scans, out);
 		return;
 	}
-	/* one axis; words as the controller wants them, in the byte order of the processor */
+	/* one axis; the controller requires words in the byte order of the processor */
 	for (size_t i = 0; i < scans; i++)
 		((u32 *)out)[i] = xy3_position_word(&stream->map, codes[i]);
 }
@@ -601,7 +601,8 @@ size_t xy3_stream_write_max(const struct xy3_stream *stream)
  * @stream: the stream
  *
  * Return: scans; 0 as long as there is no room for the write that has found none; at least 1 when
- * the stream does not run or has an error to tell of, as who waits for room would wait for ever.
+ * the stream does not run or has an error to report, or a writer that waits for room would wait
+ * for ever.
  */
 size_t xy3_stream_room(struct xy3_stream *stream)
 {

@@ -26,7 +26,7 @@ DIALOUT = grp.getgrnam('dialout').gr_gid
 
 
 def look(tool, *words):
-    """-> {id: [(status, text, mend), ...]} of what is about devices"""
+    """-> {id: [(status, text, fix), ...]} of what is about devices"""
     status, output, errors = tool.run('doctor', '--json', *words)
     document, = tool.documents(output)
     found = any(finding['status'] == 'found' for finding in document['findings'])

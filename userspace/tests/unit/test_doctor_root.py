@@ -115,7 +115,7 @@ class TestCase(case.Case):
         return root
 
     def ask(self, root, *words):
-        """-> {id: [(status, text, mend), ...]}, exit status"""
+        """-> {id: [(status, text, fix), ...]}, exit status"""
         done = subprocess.run(
             [os.path.join(self.dir, root.tool), 'doctor', '--json', '--root', root.path, *words],
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, check=False)
@@ -308,8 +308,8 @@ class TestCase(case.Case):
             with case.row(product):
                 root = self.root('xhcctl')
                 root.usb_device('1-3', product, 'another')
-                status, text, mend = self.assert_well(root)['model'][-1]
-                assert (status, mend) == ('skipped', None)
+                status, text, fix = self.assert_well(root)['model'][-1]
+                assert (status, fix) == ('skipped', None)
                 assert text.startswith('1-3 (10ce:%s) is no pendant but %s' % (product, name))
                 assert todo in text
                 # and none of them is the pendant that is looked for
