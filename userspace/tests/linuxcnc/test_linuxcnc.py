@@ -123,25 +123,33 @@ class Mill:
             raise AssertionError('it does not come: %r; LinuxCNC says: %s' % (
                 seen(PINS) if self.halcmd else {}, self.said()[-3000:]))
 
-    def click(self, name, lamp, lit=True, seconds=3):
+    @staticmethod
+    def try_click(name, lamp, lit=True, seconds=3):
         """A button on the screen, held down until it has done its work: halui looks at it now and
-        then. Where the machine is busy LinuxCNC may take an emergency stop for pressed that it has
-        just released, and stays in it: so there is more than one try."""
-        def done():
-            if is_true('halui.' + lamp) == lit:
-                return True
-            set_pin('halui.' + name, 1)
-            came = find.wait(lambda: is_true('halui.' + lamp) == lit, seconds)
-            set_pin('halui.' + name, 0)
-            time.sleep(1)
-            return came
+        then. -> whether it has
+        """
+        if is_true('halui.' + lamp) == lit:
+            return True
+        set_pin('halui.' + name, 1)
+        came = find.wait(lambda: is_true('halui.' + lamp) == lit, seconds)
+        set_pin('halui.' + name, 0)
+        time.sleep(1)
+        return came
 
-        self.wait(done)
+    def click(self, name, lamp, lit=True, seconds=3):
+        self.wait(lambda: self.try_click(name, lamp, lit, seconds))
+
+    def switch_on(self):
+        """Out of the emergency stop and on. Where the machine is busy LinuxCNC may take an
+        emergency stop for pressed that it has just released, and stays in it, at any time until
+        the machine is on: so both buttons are pressed until both have done their work.
+        """
+        self.wait(lambda: self.try_click('estop.reset', 'estop.is-activated', False) and
+                  self.try_click('machine.on', 'machine.is-on'))
 
     def ready(self):
         """Out of the emergency stop, on, at home"""
-        self.click('estop.reset', 'estop.is-activated', False)
-        self.click('machine.on', 'machine.is-on')
+        self.switch_on()
         self.click('home-all', 'joint.2.is-homed', seconds=30)
         self.wait(lambda: is_true('halui.mode.is-teleop'))
 

@@ -51,8 +51,7 @@ class Mill(test_linuxcnc.Mill):
 
     def ready(self, device):
         """Out of the emergency stop, on, at home; M-Home has the pin of the button on the screen"""
-        self.click('estop.reset', 'estop.is-activated', False)
-        self.click('machine.on', 'machine.is-on')
+        self.switch_on()
 
         def homed():
             if not is_true('halui.joint.5.is-homed'):
