@@ -268,6 +268,7 @@ static void search_line_errors_test(struct kunit *test)
 	KUNIT_ASSERT_TRUE(test, wait_calls(15));
 	clear_call_log();
 	EXPECT_SHOWS(test, head, "rate", "115200");
+	msleep(SETTLED_MS);
 	begin = ktime_to_ms(ktime_get());
 	line_send(test, line, data, flags, sizeof(data));
 	KUNIT_ASSERT_TRUE(test, wait_calls(1));

@@ -70,6 +70,9 @@ static inline unsigned int call_count(void)
 	return call_log_count;
 }
 
+/* After a move of the UART in a search: what comes now was received at the new rate */
+#define SETTLED_MS	100
+
 /* Wait until there are @n entries */
 static inline bool wait_calls(unsigned int n)
 {

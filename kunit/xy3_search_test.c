@@ -142,6 +142,7 @@ static void search_give_up_test(struct kunit *test)
 	KUNIT_ASSERT_EQ(test, store(head, "autobaud", "1"), 0);
 	KUNIT_ASSERT_TRUE(test, wait_calls(LONG_TURN + 1));
 	clear_call_log();
+	msleep(SETTLED_MS);
 
 	search_send(test, uart, 1000);
 	search_send(test, uart, 23);
@@ -154,6 +155,7 @@ static void search_give_up_test(struct kunit *test)
 	EXPECT_CALLS(test, { UART, 230400 });
 
 	/* counted anew at each rate; more than enough in one piece is one step */
+	msleep(SETTLED_MS);
 	search_send(test, uart, 1023);
 	msleep(1000);
 	expect_no_call(test);
@@ -165,12 +167,38 @@ static void search_give_up_test(struct kunit *test)
 	EXPECT_CALLS(test, { UART, 460800 });
 
 	/* 1 KiB with sync is no reason */
+	msleep(SETTLED_MS);
 	search_send(test, uart, 600);
 	SEND(test, uart, SYNC, SYNC);
 	for (unsigned int i = 0; i < 300; i++)
 		SEND(test, uart, SYNC);
 	msleep(20000);
 	expect_no_call(test);
+}
+
+/*
+ * Bytes that were received before the UART was moved come after it, and prove nothing about the
+ * new rate: damaged or not, they do not end its turn.
+ */
+static void search_stale_test(struct kunit *test)
+{
+	struct uart *uart = uart_come(test, NULL);
+	struct xy3_head *head = uart_head(uart);
+
+	KUNIT_ASSERT_EQ(test, store(head, "autobaud", "1"), 0);
+	for (unsigned int turn = 1; turn <= LONG_TURN; turn++) {
+		KUNIT_ASSERT_TRUE(test, wait_calls(turn));
+		search_send(test, uart, 4096);
+	}
+	KUNIT_ASSERT_TRUE(test, wait_calls(LONG_TURN + 1));
+	search_send(test, uart, 4096);
+	clear_call_log();
+	msleep(1000);
+	expect_no_call(test);
+
+	SEND(test, uart, SYNC, SYNC);
+	EXPECT_SHOWS(test, head, "in_sync", "1");
+	EXPECT_SHOWS(test, head, "rate", "115200");
 }
 
 static bool can_115200_and_57600(unsigned int rate)
@@ -258,6 +286,7 @@ static struct kunit_case xy3_search_cases[] = {
 	KUNIT_CASE_SLOW(search_end_test),
 	KUNIT_CASE_SLOW(search_off_test),
 	KUNIT_CASE_SLOW(search_give_up_test),
+	KUNIT_CASE_SLOW(search_stale_test),
 	KUNIT_CASE_SLOW(search_refused_test),
 	KUNIT_CASE_SLOW(search_refused_loud_test),
 	KUNIT_CASE_SLOW(search_leave_test),

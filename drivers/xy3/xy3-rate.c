@@ -69,6 +69,13 @@ void xy3_sync_changed(struct xy3_head *head)
 		xy3_autobaud_start(head);
 }
 
+/* What was received says nothing about the present rate */
+static void xy3_forget_proof(struct xy3_autobaud *search)
+{
+	search->line_errors = 0;
+	search->bytes = 0;
+}
+
 /* What comes now is another stream */
 static void xy3_lose_sync(struct xy3_head *head)
 {
@@ -78,8 +85,7 @@ static void xy3_lose_sync(struct xy3_head *head)
 		xy3_sync_changed(head);
 	}
 	head->packets_before = head->parser.packets;
-	head->autobaud.line_errors = 0;
-	head->autobaud.bytes = 0;
+	xy3_forget_proof(&head->autobaud);
 }
 
 /* Move the UART, or leave it where it is */
@@ -251,8 +257,10 @@ static void xy3_autobaud_work(struct work_struct *work)
 
 	/* without a command: it is the head that knows the rate */
 	err = xy3_move_uart(head, head->back, rate);
+	msleep(XY3_SETTLE_MS);
 
 	guard(mutex)(&head->lock);
+	xy3_forget_proof(search);
 	search->refused = err;
 	if (!head->gone)
 		mod_delayed_work(system_percpu_wq, &search->work,
