@@ -17,6 +17,14 @@ static struct xy3_iio *xy3_from_buffer(struct iio_buffer *buffer)
 	return container_of(buffer, struct xy3_iio, buffer);
 }
 
+/* The code itself, or the edge of the field that is nearest to it: below 0, or over the highest */
+static u32 xy3_clamp_code(u32 code, u32 max)
+{
+	if (code <= max)
+		return code;
+	return (s32)code < 0 ? 0 : max;
+}
+
 /*
  * Lay the channels that were written over the positions of those that are not in the buffer, which
  * are the same from the start of a stream to its end. @position becomes the last scan.
@@ -28,7 +36,7 @@ static void xy3_spread_channels(struct xy3_iio *iio, size_t scans, u32 *position
 	u32 max = xy3_code_max(&iio->stream.map);
 	const __le32 *in = iio->input;
 	u32 *out = iio->codes;
-	u64 masked = 0;
+	u64 clamped = 0;
 
 	xy3_stream_position(&iio->stream, position);
 
@@ -37,16 +45,16 @@ static void xy3_spread_channels(struct xy3_iio *iio, size_t scans, u32 *position
 			if (test_bit(i, mask)) {
 				u32 code = le32_to_cpu(*in++);
 
-				masked += code > max;
-				position[i] = code & max;
+				clamped += code > max;
+				position[i] = xy3_clamp_code(code, max);
 			}
 			*out++ = position[i];
 		}
 		if (iio->stream.map.gate_line >= 0)
 			*out++ = test_bit(axes, mask) ? le32_to_cpu(*in++) : 0;
 	}
-	if (masked)
-		xy3_stream_count_masked(&iio->stream, masked);
+	if (clamped)
+		xy3_stream_count_clamped(&iio->stream, clamped);
 }
 
 /* Fill one block, or what is left of it. Return the bytes taken; 0 when all of it has no room. */

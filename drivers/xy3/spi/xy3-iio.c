@@ -98,8 +98,6 @@ static int xy3_read_label(struct iio_dev *indio_dev, struct iio_chan_spec const 
 
 /* ---- settings and counters ---- */
 
-#define XY3_CODE24_BITS		20
-#define XY3_CODE32_BITS		26
 #define XY3_CODE_BITS_MORE	(XY3_CODE32_BITS - XY3_CODE24_BITS)
 
 static void xy3_set_bits(struct xy3_iio *iio, unsigned int bits)
@@ -191,7 +189,7 @@ XY3_STREAM_ATTR_RO(repeated, XY3_REPEATED);
 XY3_STREAM_ATTR_RO(underruns, XY3_UNDERRUNS);
 XY3_STREAM_ATTR_RO(commands, XY3_COMMANDS);
 XY3_STREAM_ATTR_RO(bus_errors, XY3_ERRORS);
-XY3_STREAM_ATTR_RO(masked_codes, XY3_MASKED);
+XY3_STREAM_ATTR_RO(clamped_codes, XY3_CLAMPED);
 
 static struct attribute *xy3_iio_attrs[] = {
 	&dev_attr_frame_bits.attr,
@@ -202,7 +200,7 @@ static struct attribute *xy3_iio_attrs[] = {
 	&dev_attr_underruns.attr,
 	&dev_attr_commands.attr,
 	&dev_attr_bus_errors.attr,
-	&dev_attr_masked_codes.attr,
+	&dev_attr_clamped_codes.attr,
 	NULL
 };
 
@@ -295,12 +293,13 @@ static void xy3_make_channels(struct xy3_iio *iio)
  * @map: which line carries what
  * @word_is_scan: the controller makes SYNC out of words
  * @rate: frames per second at the start
+ * @position: where each axis is, by enum xy3_axis, as codes of 26 bits
  * @forward: the forward channel that its commands come by
  *
  * Return: the IIO device or an error.
  */
 struct iio_dev *xy3_iio_register(struct spi_device *spi, const struct xy3_line_map *map,
-				 bool word_is_scan, unsigned int rate,
+				 bool word_is_scan, unsigned int rate, const u32 *position,
 				 struct xy3_forward *forward)
 {
 	struct iio_dev *indio_dev;
@@ -318,6 +317,8 @@ struct iio_dev *xy3_iio_register(struct spi_device *spi, const struct xy3_line_m
 	iio->stream.word_is_scan = word_is_scan;
 	iio->stream.rate = rate;
 	iio->stream.forward = forward;
+	for (unsigned int i = 0; i < map->axes; i++)
+		iio->stream.position[i] = position[map->axis[i]] >> xy3_code_shift(map);
 	xy3_buffer_init(iio);
 	iio->stream.writers = &iio->buffer.pollq;
 	INIT_DELAYED_WORK(&iio->stream.underrun, xy3_notify_underrun);

@@ -6,6 +6,7 @@
  * what each carries; SYNC is the chip select, or one of the lines.
  */
 
+#include <linux/bits.h>
 #include <linux/err.h>
 #include <linux/mod_devicetable.h>
 #include <linux/module.h>
@@ -17,6 +18,7 @@
 
 #define XY3_FRAME_BITS_DEFAULT	24
 #define XY3_FRAME_RATE_DEFAULT	100000
+#define XY3_MIDDLE		BIT(XY3_CODE32_BITS - 1)
 
 /**
  * struct xy3_spi - a forward channel
@@ -25,6 +27,8 @@
  * @lines: data lines
  * @lock: held while the line map is changed; protects @map
  * @map: the line map; the IIO device may have changed the size of frames since it was made
+ * @rate: frames per second that were set last
+ * @position: where each axis is, by enum xy3_axis, as codes of 26 bits; while there is no @iio
  * @iio_lock: protects @iio for commands, which come in any context
  * @iio: the IIO device
  */
@@ -34,6 +38,8 @@ struct xy3_spi {
 	unsigned int lines;
 	struct mutex lock;	/* see above */
 	struct xy3_line_map map;
+	unsigned int rate;
+	u32 position[XY3_AXES];
 	spinlock_t iio_lock;	/* see above */
 	struct iio_dev *iio;
 };
@@ -78,12 +84,12 @@ static int xy3_make_iio(struct xy3_spi *x, const struct xy3_line_map *map)
 	bool word_is_scan = map->sync_line < 0 && x->lines == 1 &&
 			    (x->spi->mode & SPI_CS_WORD);
 	unsigned int clocks = map->frame_bits + (map->sync_line < 0 ? 0 : XY3_GAP_CLOCKS);
-	unsigned int rate = min(x->spi->max_speed_hz / clocks, XY3_FRAME_RATE_DEFAULT);
+	unsigned int rate = min(x->spi->max_speed_hz / clocks, x->rate);
 	struct iio_dev *iio;
 
 	if (!rate)
 		return -EINVAL;
-	iio = xy3_iio_register(x->spi, map, word_is_scan, rate, &x->forward);
+	iio = xy3_iio_register(x->spi, map, word_is_scan, rate, x->position, &x->forward);
 	if (IS_ERR(iio))
 		return PTR_ERR(iio);
 	x->map = *map;
@@ -96,12 +102,19 @@ static int xy3_make_iio(struct xy3_spi *x, const struct xy3_line_map *map)
 static void xy3_drop_iio(struct xy3_spi *x)
 {
 	struct iio_dev *iio = x->iio;
+	u32 position[XY3_COLUMNS_MAX];
+	struct xy3_stream *stream;
 
 	if (!iio)
 		return;
-	x->map = xy3_iio_stream(iio)->map;
+	stream = xy3_iio_stream(iio);
+	x->map = stream->map;
+	x->rate = stream->rate;
 	scoped_guard(spinlock_irqsave, &x->iio_lock)
 		x->iio = NULL;
+	xy3_stream_position(stream, position);
+	for (unsigned int i = 0; i < x->map.axes; i++)
+		x->position[x->map.axis[i]] = position[i] << xy3_code_shift(&x->map);
 	xy3_iio_unregister(iio);
 }
 
@@ -235,6 +248,10 @@ static int xy3_spi_probe(struct spi_device *spi)
 	x->forward.dev = &spi->dev;
 	mutex_init(&x->lock);
 	spin_lock_init(&x->iio_lock);
+	x->rate = XY3_FRAME_RATE_DEFAULT;
+	/* nobody knows where the mirrors are; the middle of the field is the safest guess */
+	for (unsigned int i = 0; i < XY3_AXES; i++)
+		x->position[i] = XY3_MIDDLE;
 	spi_set_drvdata(spi, x);
 
 	err = xy3_controller_setup(spi, &x->lines);

@@ -32,6 +32,16 @@
 #define XY3_BLOCKS_QUEUED	3
 #define XY3_COMMANDS_QUEUED	64
 
+/* Bits of a position's code in frames of 24 and of 32 bits */
+#define XY3_CODE24_BITS		20
+#define XY3_CODE32_BITS		26
+
+/* How many bits codes are short of those of the longest frames */
+static inline unsigned int xy3_code_shift(const struct xy3_line_map *map)
+{
+	return map->frame_bits == 32 ? 0 : XY3_CODE32_BITS - XY3_CODE24_BITS;
+}
+
 /* Bytes of the longest scan on @lines data lines, with the gap that follows where SYNC is a line */
 #define XY3_SCAN_ROOM(lines)	DIV_ROUND_UP((32 + XY3_GAP_CLOCKS) * (lines), 8)
 
@@ -84,7 +94,7 @@ struct xy3_block {
  * @XY3_UNDERRUNS: how often there was nothing to send and repeating began
  * @XY3_COMMANDS: commands sent
  * @XY3_ERRORS: messages that the controller has not sent
- * @XY3_MASKED: codes that were too high, and lost their high bits
+ * @XY3_CLAMPED: codes that were out of the field, and went to its edge
  * @XY3_STREAM_STATS: number of counters
  */
 enum xy3_stream_stat {
@@ -93,7 +103,7 @@ enum xy3_stream_stat {
 	XY3_UNDERRUNS,
 	XY3_COMMANDS,
 	XY3_ERRORS,
-	XY3_MASKED,
+	XY3_CLAMPED,
 	XY3_STREAM_STATS
 };
 
@@ -233,7 +243,7 @@ struct xy3_block *xy3_stream_take(struct xy3_stream *stream, size_t scans);
 void xy3_stream_give(struct xy3_stream *stream, struct xy3_block *block);
 int xy3_stream_resize(struct xy3_stream *stream, unsigned int frame_bits);
 void xy3_stream_notified(struct xy3_stream *stream);
-void xy3_stream_count_masked(struct xy3_stream *stream, u64 count);
+void xy3_stream_count_clamped(struct xy3_stream *stream, u64 count);
 unsigned int xy3_stream_achieved(struct xy3_stream *stream);
 u64 xy3_stream_stat(struct xy3_stream *stream, enum xy3_stream_stat stat);
 
@@ -268,7 +278,7 @@ int xy3_controller_setup(struct spi_device *spi, unsigned int *lines);
 
 /* xy3-iio.c */
 struct iio_dev *xy3_iio_register(struct spi_device *spi, const struct xy3_line_map *map,
-				 bool word_is_scan, unsigned int rate,
+				 bool word_is_scan, unsigned int rate, const u32 *position,
 				 struct xy3_forward *forward);
 void xy3_iio_unregister(struct iio_dev *indio_dev);
 

@@ -747,14 +747,14 @@ void xy3_stream_notified(struct xy3_stream *stream)
 }
 
 /**
- * xy3_stream_count_masked() - codes were too high
+ * xy3_stream_count_clamped() - codes were out of the field
  * @stream: the stream
  * @count: how many
  */
-void xy3_stream_count_masked(struct xy3_stream *stream, u64 count)
+void xy3_stream_count_clamped(struct xy3_stream *stream, u64 count)
 {
 	guard(spinlock_irqsave)(&stream->lock);
-	stream->stat[XY3_MASKED] += count;
+	stream->stat[XY3_CLAMPED] += count;
 }
 
 /**

@@ -50,6 +50,7 @@ class TestClosedLoop(Case):
         """Those that the controller has, not those that wait; also while it is being disabled."""
         forward = self.forward(4, 'line', more='realtime=1')
         assert forward.set('sampling_frequency', 1000) is None
+        assert forward.set('out_angl0_raw', 0) is None
         stream = forward.stream()
         scans = b''.join(struct.pack('<3I', i, 7, 0) for i in range(4000))
         assert stream.write(scans) == len(scans)
@@ -76,13 +77,31 @@ class TestClosedLoop(Case):
         stream.finish()
         assert forward.sim('record').splitlines() == ['1 777 2', '3 777 4', '5 777 6']
 
-    def test_high_bits_are_masked_and_counted(self):
+    @pytest.mark.parametrize('bits', (24, 32))
+    def test_out_of_the_field(self, bits):
+        """To the nearest edge, never to the opposite one; and counted."""
+        last = (1 << {24: 20, 32: 26}[bits]) - 1
         forward = self.forward(1, 'cs')
+        assert forward.set('frame_bits', bits) is None
+        forward.record(10)
         stream = forward.stream()
-        stream.write(struct.pack('<3I', 0xfffff, 0x100005, 0xffffffff))
+        stream.write(struct.pack('<2I4i', last, 0, last + 1, -1, 0x7fffffff, -0x80000000))
         stream.finish()
-        assert forward.number('masked_codes') == 2
-        assert forward.sim('positions') == 'x %d 20' % 0xfffff
+        assert forward.number('clamped_codes') == 4
+        assert [int(row) for row in forward.sim('record').split()] == [last, 0, last, 0, last, 0]
+
+    def test_begins_in_the_middle(self):
+        """One axis that is set, or streamed to, does not move the others to a corner."""
+        forward = self.forward(4, 'cs')
+        assert forward.get('out_angl1_raw') == str(1 << 19)
+        forward.record(10)
+        assert forward.set('out_angl0_raw', 5) is None
+        assert forward.set('frame_bits', 32) is None
+        assert forward.set('out_angl1_raw', 6) is None
+        middle = (1 << 19, 1 << 25)
+        assert forward.sim('record').splitlines() == [
+            '5 %d %d %d' % (middle[0], middle[0], middle[0]),
+            '%d 6 %d %d' % (5 << 6, middle[1], middle[1])]
 
     def test_late_writer(self):
         """One underrun for each time that it is late, however late."""
@@ -193,6 +212,18 @@ class TestSettings(Case):
         assert forward.set('out_angl0_raw', 5) is None
         assert forward.set('out_angl1_raw', 6) is None
         assert forward.sim('positions').splitlines() == ['x 5 20', 'w 6 20']
+
+    def test_line_map_keeps_positions_and_rate(self):
+        forward = self.forward(4, 'cs')
+        assert forward.set('out_angl0_raw', 5) is None
+        assert forward.set('out_angl2_raw', 7) is None
+        assert forward.set('sampling_frequency', 1234) is None
+        for signals, codes in (('sync x y u', (5, 1 << 19, 1 << 19)), ('z - - x', (5, 7))):
+            write_file(forward.spi + 'line_map', signals + '\n')
+            forward.find()
+            assert tuple(forward.number('out_angl%d_raw' % i)
+                         for i in range(forward.axes)) == codes
+            assert forward.get('sampling_frequency') == '1234'
 
     def test_suspend_stops_a_stream(self):
         """With what waits dropped; a new start is a new stream."""

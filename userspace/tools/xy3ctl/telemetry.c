@@ -136,7 +136,7 @@ static const char *const head_counters[] = {
 
 static const char *const stream_numbers[] = {
 	"frame_bits", "sampling_frequency", "achieved_frequency", "scans", "repeated", "underruns",
-	"commands", "bus_errors", "masked_codes",
+	"commands", "bus_errors", "clamped_codes",
 };
 
 static long long head_counter(const struct head *head, const char *name)

@@ -82,7 +82,7 @@ def test_iio_writedev(lines, framing, bits):
         command('sh', '-c', 'iio_writedev -b %d -s %d xy3-100 < /tmp/scan' % (AT_A_TIME, SCANS))
         head.check_record(data.tobytes())
         assert head.number('scans') - head.number('repeated') == SCANS
-        for name in ('commands', 'bus_errors', 'masked_codes'):
+        for name in ('commands', 'bus_errors', 'clamped_codes'):
             assert head.number(name) == 0, name
 
 

@@ -72,9 +72,9 @@ MUTATIONS = (
     Mutation('what is repeated is not the last scan', 'spi/xy3-stream.c',
              'memcpy(stream->last, block->data + (block->scans - 1) * size, size);',
              'memcpy(stream->last, block->data, size);', SIM),
-    Mutation('high bits not counted', 'spi/xy3-buffer.c',
-             'masked += code > max;',
-             'masked = 0;', SIM),
+    Mutation('codes out of the field not counted', 'spi/xy3-buffer.c',
+             'clamped += code > max;',
+             'clamped = 0;', SIM),
 )
 
 DRIVER = Driver(
