@@ -65,8 +65,11 @@ static bool level(const struct wire *wire, const u32 *data, unsigned int line, u
 		return clock >= wire->frame_bits;
 	if (signal == GATE)
 		return !wire->command && data[GATE_DATA] == 1;
-	if (signal == NONE || clock >= wire->frame_bits || (wire->command && signal != X))
+	if (signal == NONE || clock >= wire->frame_bits)
 		return false;
+	/* the other axes are sent a command without a bit: its first bit is the length */
+	if (wire->command && signal != X)
+		return wire->frame_bits == 32 && !clock;
 	return frame_bit(wire, data[signal], clock);
 }
 

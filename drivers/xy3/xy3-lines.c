@@ -346,7 +346,8 @@ u32 xy3_command_word(const struct xy3_line_map *map, u32 command)
 /**
  * xy3_encode_command_scan() - make the bytes of a scan that carries a command
  * @map: the line map
- * @command: 20 bits, for axis X's line; the other lines stay low
+ * @command: 20 bits, for axis X's line; those of other axes carry an empty command of the same
+ *	     length, which is low with 24 bits
  * @out: @map->scan_size bytes
  */
 void xy3_encode_command_scan(const struct xy3_line_map *map, u32 command, u8 *out)
@@ -359,5 +360,8 @@ void xy3_encode_command_scan(const struct xy3_line_map *map, u32 command, u8 *ou
 		return;
 	}
 	xy3_add_frame(&clocks, map->lines, map->frame_bits, map->axis_line[0], frame);
+	frame = xy3_command_word(map, 0) << (32 - map->frame_bits);
+	for (unsigned int i = 1; i < map->axes; i++)
+		xy3_add_frame(&clocks, map->lines, map->frame_bits, map->axis_line[i], frame);
 	xy3_put_scan(&clocks, map->lines, map->frame_bits, map->sync_line, 0, out);
 }

@@ -169,7 +169,8 @@ static enum sim_verdict sim_judge(u32 raw, unsigned int clocks, u32 *data)
 	bool is_long = raw & BIT(31);
 	u32 parity;
 
-	if (!raw && (clocks == SIM_SHORT_CLOCKS || clocks == SIM_LONG_CLOCKS))
+	/* in 32 clocks these are a frame that says it has 24 */
+	if (!raw && clocks == SIM_SHORT_CLOCKS)
 		return SIM_IDLE;
 	if (clocks != (is_long ? SIM_LONG_CLOCKS : SIM_SHORT_CLOCKS))
 		return SIM_BAD_LENGTH;

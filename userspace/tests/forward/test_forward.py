@@ -299,6 +299,19 @@ class TestCommands(Case):
             if want[1]:
                 assert ' '.join(forward.commands()[-1][1:]) == want[1]
 
+    @pytest.mark.parametrize('bits', (24, 32))
+    @pytest.mark.parametrize('lines, framing', ((2, 'cs'), (4, 'cs'), (4, 'line'), (8, 'line')))
+    def test_frames_of_the_other_axes(self, lines, framing, bits):
+        """Beside a command they have its length, and do nothing."""
+        forward = self.forward(lines, framing)
+        assert forward.set('frame_bits', bits) is None
+        assert forward.set('out_angl1_raw', 6) is None
+        for _ in range(3):
+            write_file(forward.head + 'calibrate', 'x')
+        assert wait(lambda: len(forward.codes()) == 3)
+        assert forward.bad_frames() == []
+        assert forward.number('out_angl1_raw') == 6
+
     def test_frames_by_the_tty(self):
         forward = self.forward(1, 'cs')
         fd = os.open('/dev/xy3-0', os.O_RDWR | os.O_NOCTTY)

@@ -355,8 +355,11 @@ static void scans(void)
 			check_scan(out + scan * size, rows[i].lines, rows[i].bits,
 				   rows[i].sync_line, frame[scan]);
 
+		/* the other axes get a command without a bit */
 		memset(frame, 0, sizeof(frame));
-		frame[0][rows[i].axis_line[0]] = frame_bits_of(rows[i].bits, false, 0xc0003);
+		for (unsigned int k = 0; k < axes; k++)
+			frame[0][rows[i].axis_line[k]] =
+				frame_bits_of(rows[i].bits, false, k ? 0 : 0xc0003);
 		CHECK(xy3_line_map_encode_command(map, 0xc0003, out) == 0);
 		check_scan(out, rows[i].lines, rows[i].bits, rows[i].sync_line, frame[0]);
 		xy3_line_map_free(map);

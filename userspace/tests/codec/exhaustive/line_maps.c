@@ -79,8 +79,9 @@ static void check(struct kunit *test, const struct xy3_line_map *map, const u8 *
 
 		if (axis < 0)
 			want = 3;
-		else if (axis < map->axes && (position || axis == 0))
-			want = (u64)frame_word(a, position, data[axis]) << gap;
+		else if (axis < map->axes)	/* the other axes get an empty command */
+			want = (u64)frame_word(a, position,
+					       position || !axis ? data[axis] : 0) << gap;
 		if (taken.line[line] != want)
 			KUNIT_FAIL_AND_ABORT(test, "line %u: %#llx, not %#llx", line,
 					     (unsigned long long)taken.line[line],

@@ -26,9 +26,13 @@ MUTATIONS = (
              '\t} else {\n\t\t*out++ = XY3_GAP8 * held;\n',
              '\t} else {\n\t\t*out++ = 0;\n'),
     Mutation('command on all lines', 'xy3-lines.c',
-             '\txy3_add_frame(&clocks, map->lines, map->frame_bits, map->axis_line[0], frame);',
-             '\tfor (unsigned int i = 0; i < map->axes; i++)\n'
-             '\t\txy3_add_frame(&clocks, map->lines, map->frame_bits, map->axis_line[i], frame);'),
+             '\tframe = xy3_command_word(map, 0) << (32 - map->frame_bits);\n',
+             ''),
+    Mutation('no frame beside a command', 'xy3-lines.c',
+             '\tfor (unsigned int i = 1; i < map->axes; i++)\n'
+             '\t\txy3_add_frame(',
+             '\tfor (unsigned int i = 1; i < 1; i++)\n'
+             '\t\txy3_add_frame('),
     Mutation('bits over a code reach the frame', 'xy3-frame.h',
              'data &= XY3_CODE24_MAX;',
              ''),
@@ -70,7 +74,7 @@ MUTATIONS = (
              '', LEAK),
     # beyond the list of the ten
     Mutation('what is repeated is not the last scan', 'spi/xy3-stream.c',
-             'memcpy(stream->last, block->data + (block->scans - 1) * size, size);',
+             'memcpy(stream->last, last, size);',
              'memcpy(stream->last, block->data, size);', SIM),
     Mutation('codes out of the field not counted', 'spi/xy3-buffer.c',
              'clamped += code > max;',
