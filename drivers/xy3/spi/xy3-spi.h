@@ -222,13 +222,10 @@ int xy3_block_send_now(struct xy3_block *block);
 int xy3_stream_init(struct xy3_stream *stream);
 void xy3_stream_exit(struct xy3_stream *stream);
 unsigned int xy3_stream_rate_max(const struct xy3_stream *stream);
-int xy3_stream_command(struct xy3_stream *stream, u32 command);
-unsigned int xy3_stream_command_room(struct xy3_stream *stream);
 void xy3_stream_position(struct xy3_stream *stream, u32 *position);
 int xy3_stream_send_position(struct xy3_stream *stream, const u32 *position);
 void xy3_stream_encode(const struct xy3_stream *stream, const u32 *codes, size_t scans, u8 *out);
 int xy3_stream_blocks(struct xy3_stream *stream, unsigned int scans);
-int xy3_stream_drain(struct xy3_stream *stream);
 void xy3_stream_no_blocks(struct xy3_stream *stream);
 int xy3_stream_start(struct xy3_stream *stream);
 void xy3_stream_stop(struct xy3_stream *stream);
@@ -242,10 +239,23 @@ size_t xy3_stream_waiting(struct xy3_stream *stream);
 struct xy3_block *xy3_stream_take(struct xy3_stream *stream, size_t scans);
 void xy3_stream_give(struct xy3_stream *stream, struct xy3_block *block);
 int xy3_stream_resize(struct xy3_stream *stream, unsigned int frame_bits);
+void xy3_pump(struct xy3_stream *stream, bool late);
+
+/* xy3-command.c */
+struct xy3_block *xy3_next_command(struct xy3_stream *stream);
+void xy3_command_sent(struct xy3_stream *stream);
+void xy3_commands_fail(struct xy3_stream *stream, int err);
+int xy3_stream_command(struct xy3_stream *stream, u32 command);
+unsigned int xy3_stream_command_room(struct xy3_stream *stream);
+int xy3_stream_drain(struct xy3_stream *stream);
+
+/* xy3-counter.c */
+void xy3_underrun_begins(struct xy3_stream *stream);
+void xy3_measure(struct xy3_stream *stream, unsigned int scans);
+u64 xy3_stream_stat(struct xy3_stream *stream, enum xy3_stream_stat stat);
 void xy3_stream_notified(struct xy3_stream *stream);
 void xy3_stream_count_clamped(struct xy3_stream *stream, u64 count);
 unsigned int xy3_stream_achieved(struct xy3_stream *stream);
-u64 xy3_stream_stat(struct xy3_stream *stream, enum xy3_stream_stat stat);
 
 /**
  * struct xy3_iio - the IIO device: what user space sees of a stream

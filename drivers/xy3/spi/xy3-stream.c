@@ -10,20 +10,12 @@
  */
 
 #include <linux/errno.h>
-#include <linux/jiffies.h>
 #include <linux/ktime.h>
-#include <linux/math64.h>
 #include <linux/minmax.h>
 #include <linux/poll.h>
 #include <linux/slab.h>
 
 #include "xy3-spi.h"
-
-/* the achieved rate is a mean over this time */
-#define XY3_MEASURE_NS		(NSEC_PER_SEC / 2)
-
-/* User space is notified of underruns no more often than that */
-#define XY3_NOTIFY_MS		100
 
 /* Repeating begins while the controller still has a block: with the next one it has so many */
 #define XY3_BLOCKS_LOW		2
@@ -48,24 +40,6 @@ void xy3_stream_encode(const struct xy3_stream *stream, const u32 *codes, size_t
 
 /* ---- what the controller is given ---- */
 
-static struct xy3_block *xy3_next_command(struct xy3_stream *stream)
-{
-	struct xy3_block *block = stream->command_block;
-	u32 command;
-
-	if (stream->command_busy || !kfifo_get(&stream->commands, &command))
-		return NULL;
-	xy3_forward_has_room(stream->forward);
-	stream->command_busy = true;
-	stream->command_number = stream->commands_taken - kfifo_len(&stream->commands);
-	block->scans = 1;
-	if (stream->word_is_scan)
-		*(u32 *)block->data = xy3_command_word(&stream->map, command);
-	else
-		xy3_encode_command_scan(&stream->map, command, block->data);
-	return block;
-}
-
 /* What was written: whole blocks first, then one that the writer has only begun */
 static struct xy3_block *xy3_next_written(struct xy3_stream *stream)
 {
@@ -89,16 +63,6 @@ static struct xy3_block *xy3_next_written(struct xy3_stream *stream)
 		stream->repeating = false;
 	}
 	return block;
-}
-
-static void xy3_underrun_begins(struct xy3_stream *stream)
-{
-	u64 now = get_jiffies_64();
-	unsigned long delay = stream->notify_at > now ? stream->notify_at - now : 0;
-
-	stream->stat[XY3_UNDERRUNS]++;
-	if (!stream->leaving)
-		queue_delayed_work(system_percpu_wq, &stream->underrun, delay);
 }
 
 static struct xy3_block *xy3_next_repeated(struct xy3_stream *stream)
@@ -155,14 +119,7 @@ static void xy3_drop_written(struct xy3_stream *stream)
 static void xy3_stream_fail(struct xy3_stream *stream, int err)
 {
 	stream->error = err;
-	kfifo_reset(&stream->commands);
-	xy3_forward_has_room(stream->forward);
-	if (stream->commands_done != stream->commands_taken) {
-		stream->command_error = err;
-		stream->commands_failed_from = stream->commands_done + 1;
-		stream->commands_failed = stream->commands_taken;
-		stream->commands_done = stream->commands_taken;
-	}
+	xy3_commands_fail(stream, err);
 	xy3_drop_written(stream);
 }
 
@@ -191,8 +148,12 @@ static void xy3_close_after_error(struct xy3_stream *stream)
 		stream->queued++;
 }
 
-/* Give the controller what there is. @late: only what has just been sent is to be followed. */
-static void xy3_pump(struct xy3_stream *stream, bool late)
+/**
+ * xy3_pump() - give the controller what there is
+ * @stream: the stream
+ * @late: only what has just been sent is to be followed
+ */
+void xy3_pump(struct xy3_stream *stream, bool late)
 {
 	struct xy3_block *block;
 	int err;
@@ -216,32 +177,6 @@ static void xy3_pump(struct xy3_stream *stream, bool late)
 		}
 		stream->queued++;
 	}
-}
-
-/* Numbers of commands go round */
-static bool xy3_number_reached(u32 number, u32 reached)
-{
-	return (s32)(reached - number) >= 0;
-}
-
-static void xy3_command_sent(struct xy3_stream *stream)
-{
-	stream->stat[XY3_COMMANDS]++;
-	if (xy3_number_reached(stream->commands_done, stream->command_number))
-		stream->commands_done = stream->command_number;
-}
-
-static void xy3_measure(struct xy3_stream *stream, unsigned int scans)
-{
-	u64 now = ktime_get_ns();
-	u64 passed = now - stream->measured_from;
-
-	stream->measured_scans += scans;
-	if (passed < XY3_MEASURE_NS)
-		return;
-	stream->achieved = div64_u64(stream->measured_scans * NSEC_PER_SEC, passed);
-	stream->measured_from = now;
-	stream->measured_scans = 0;
 }
 
 /* A message is done, whatever became of it. In any context. */
@@ -290,44 +225,6 @@ unsigned int xy3_stream_rate_max(const struct xy3_stream *stream)
 	return stream->spi->max_speed_hz / xy3_scan_clocks(stream);
 }
 
-/**
- * xy3_stream_command() - send a command as soon as possible, between two blocks
- * @stream: the stream
- * @command: its 20 bits
- *
- * In any context.
- *
- * Return: 0; -EAGAIN when there is no room for it; or the controller's error, and then it and
- * those that were not sent yet never are.
- */
-int xy3_stream_command(struct xy3_stream *stream, u32 command)
-{
-	guard(spinlock_irqsave)(&stream->lock);
-	if (!stream->running)
-		stream->error = 0;
-	if (stream->error)
-		return stream->error;
-	if (!kfifo_put(&stream->commands, command))
-		return -EAGAIN;
-	stream->commands_taken++;
-	xy3_pump(stream, false);
-	return stream->error;
-}
-
-/**
- * xy3_stream_command_room() - how many commands there is room for
- * @stream: the stream
- *
- * In any context.
- *
- * Return: the number; also a large one when a command would be an error.
- */
-unsigned int xy3_stream_command_room(struct xy3_stream *stream)
-{
-	guard(spinlock_irqsave)(&stream->lock);
-	return kfifo_avail(&stream->commands);
-}
-
 /* The controller has no block of what was written, and will be given none: all are empty */
 static bool xy3_stream_silent(struct xy3_stream *stream)
 {
@@ -341,34 +238,6 @@ static bool xy3_stream_idle(struct xy3_stream *stream)
 {
 	guard(spinlock_irqsave)(&stream->lock);
 	return !stream->queued && kfifo_is_empty(&stream->commands);
-}
-
-static bool xy3_command_done(struct xy3_stream *stream, u32 number)
-{
-	guard(spinlock_irqsave)(&stream->lock);
-	return xy3_number_reached(number, stream->commands_done);
-}
-
-/**
- * xy3_stream_drain() - wait until all commands that were taken so far have been sent
- * @stream: the stream
- *
- * Return: 0, or the controller's error when the last of them was not.
- */
-int xy3_stream_drain(struct xy3_stream *stream)
-{
-	u32 number;
-
-	scoped_guard(spinlock_irqsave, &stream->lock)
-		number = stream->commands_taken;
-	wait_event(stream->done, xy3_command_done(stream, number));
-
-	guard(spinlock_irqsave)(&stream->lock);
-	if (stream->command_error &&
-	    xy3_number_reached(stream->commands_failed_from, number) &&
-	    xy3_number_reached(number, stream->commands_failed))
-		return stream->command_error;
-	return 0;
 }
 
 /**
@@ -701,19 +570,6 @@ void xy3_stream_give(struct xy3_stream *stream, struct xy3_block *block)
 }
 
 /**
- * xy3_stream_stat() - read a counter
- * @stream: the stream
- * @stat: which one
- *
- * Return: its value.
- */
-u64 xy3_stream_stat(struct xy3_stream *stream, enum xy3_stream_stat stat)
-{
-	guard(spinlock_irqsave)(&stream->lock);
-	return stream->stat[stat];
-}
-
-/**
  * xy3_stream_resize() - change the size of the frames
  * @stream: the stream, which does not run
  * @frame_bits: 24 or 32
@@ -734,39 +590,6 @@ int xy3_stream_resize(struct xy3_stream *stream, unsigned int frame_bits)
 	stream->map = map;
 	stream->rate = min(stream->rate, xy3_stream_rate_max(stream));
 	return 0;
-}
-
-/**
- * xy3_stream_notified() - user space is being notified of underruns
- * @stream: the stream
- */
-void xy3_stream_notified(struct xy3_stream *stream)
-{
-	guard(spinlock_irqsave)(&stream->lock);
-	stream->notify_at = get_jiffies_64() + msecs_to_jiffies(XY3_NOTIFY_MS);
-}
-
-/**
- * xy3_stream_count_clamped() - codes were out of the field
- * @stream: the stream
- * @count: how many
- */
-void xy3_stream_count_clamped(struct xy3_stream *stream, u64 count)
-{
-	guard(spinlock_irqsave)(&stream->lock);
-	stream->stat[XY3_CLAMPED] += count;
-}
-
-/**
- * xy3_stream_achieved() - the rate as it was measured
- * @stream: the stream
- *
- * Return: frames per second in the last half second; 0 when no stream runs, or it stands still.
- */
-unsigned int xy3_stream_achieved(struct xy3_stream *stream)
-{
-	guard(spinlock_irqsave)(&stream->lock);
-	return stream->running && !stream->error ? stream->achieved : 0;
 }
 
 /**

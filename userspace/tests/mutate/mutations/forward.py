@@ -57,7 +57,7 @@ MUTATIONS = (
              '\t\t\tlist_add(&block->node, &stream->full);\n'
              '\t\telse\n'
              '\t\t\txy3_block_recycle(block);\n\t\txy3_pump(stream, true);', SIM),
-    Mutation('command inside a block', 'spi/xy3-stream.c',
+    Mutation('command inside a block', 'spi/xy3-command.c',
              '\tstream->command_busy = true;\n',
              '\tif (!list_empty(&stream->full) && !stream->word_is_scan) {\n'
              '\t\tblock = list_first_entry(&stream->full, struct xy3_block, node);\n'
@@ -66,7 +66,7 @@ MUTATIONS = (
              '\t\treturn NULL;\n'
              '\t}\n'
              '\tstream->command_busy = true;\n', SIM),
-    Mutation('underrun not counted', 'spi/xy3-stream.c',
+    Mutation('underrun not counted', 'spi/xy3-counter.c',
              'stream->stat[XY3_UNDERRUNS]++;',
              ';', SIM),
     Mutation('unbind leak', 'spi/xy3-stream.c',

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: GPL-2.0-only
+/*
+ * XY3-100 forward channel: counters, and the rate as it is measured
+ */
+
+#include <linux/jiffies.h>
+#include <linux/ktime.h>
+#include <linux/math64.h>
+#include <linux/workqueue.h>
+
+#include "xy3-spi.h"
+
+/* the achieved rate is a mean over this time */
+#define XY3_MEASURE_NS		(NSEC_PER_SEC / 2)
+
+/* User space is notified of underruns no more often than that */
+#define XY3_NOTIFY_MS		100
+
+/**
+ * xy3_underrun_begins() - count an underrun, and notify user space of it
+ * @stream: the stream
+ */
+void xy3_underrun_begins(struct xy3_stream *stream)
+{
+	u64 now = get_jiffies_64();
+	unsigned long delay = stream->notify_at > now ? stream->notify_at - now : 0;
+
+	lockdep_assert_held(&stream->lock);
+	stream->stat[XY3_UNDERRUNS]++;
+	if (!stream->leaving)
+		queue_delayed_work(system_percpu_wq, &stream->underrun, delay);
+}
+
+/**
+ * xy3_measure() - measure the rate
+ * @stream: the stream
+ * @scans: that have just been sent
+ */
+void xy3_measure(struct xy3_stream *stream, unsigned int scans)
+{
+	u64 now = ktime_get_ns();
+	u64 passed = now - stream->measured_from;
+
+	lockdep_assert_held(&stream->lock);
+	stream->measured_scans += scans;
+	if (passed < XY3_MEASURE_NS)
+		return;
+	stream->achieved = div64_u64(stream->measured_scans * NSEC_PER_SEC, passed);
+	stream->measured_from = now;
+	stream->measured_scans = 0;
+}
+
+/**
+ * xy3_stream_stat() - read a counter
+ * @stream: the stream
+ * @stat: which one
+ *
+ * Return: its value.
+ */
+u64 xy3_stream_stat(struct xy3_stream *stream, enum xy3_stream_stat stat)
+{
+	guard(spinlock_irqsave)(&stream->lock);
+	return stream->stat[stat];
+}
+
+/**
+ * xy3_stream_notified() - user space is being notified of underruns
+ * @stream: the stream
+ */
+void xy3_stream_notified(struct xy3_stream *stream)
+{
+	guard(spinlock_irqsave)(&stream->lock);
+	stream->notify_at = get_jiffies_64() + msecs_to_jiffies(XY3_NOTIFY_MS);
+}
+
+/**
+ * xy3_stream_count_clamped() - codes were out of the field
+ * @stream: the stream
+ * @count: how many
+ */
+void xy3_stream_count_clamped(struct xy3_stream *stream, u64 count)
+{
+	guard(spinlock_irqsave)(&stream->lock);
+	stream->stat[XY3_CLAMPED] += count;
+}
+
+/**
+ * xy3_stream_achieved() - the rate as it was measured
+ * @stream: the stream
+ *
+ * Return: frames per second in the last half second; 0 when no stream runs, or it stands still.
+ */
+unsigned int xy3_stream_achieved(struct xy3_stream *stream)
+{
+	guard(spinlock_irqsave)(&stream->lock);
+	return stream->running && !stream->error ? stream->achieved : 0;
+}
