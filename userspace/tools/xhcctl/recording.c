@@ -236,7 +236,7 @@ static void write_bytes(FILE *stream, const uint8_t *data, size_t size)
 
 void recording_write_head(FILE *stream, const struct recording *recording)
 {
-	fprintf(stream, "D: 0\nR:");
+	fprintf(stream, "R:");
 	write_bytes(stream, recording->descriptor, recording->descriptor_size);
 	fprintf(stream, "N: %s\nP: %s\nI: %x %04x %04x\n", recording->name, recording->phys,
 		recording->bus, recording->vendor, recording->product);

@@ -3,12 +3,13 @@
  * A recording of a HID device, in the format of hid-recorder (hid-tools):
  *
  *	# anything
- *	D: 0				the one device
  *	R: 46 06 00 ff ...		report descriptor: its size, and each byte
  *	N: KTURT.LTD XHC		name
  *	P: usb-0000:00:14.0-2/input0	phys
  *	I: 3 10ce eb70			bus, vendor, product
  *	E: 000001.250000 6 04 01 ...	an input report: seconds since the first, bytes, each byte
+ *
+ * A line `D: 0' (the one device) is read, too. It is not written: hid-replay 0.12 stops at it.
  */
 #ifndef RECORDING_H
 #define RECORDING_H
