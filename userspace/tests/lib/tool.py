@@ -16,6 +16,7 @@ BUILD = os.path.realpath(os.path.join(HERE, '..', '..', '..', 'build'))
 TOOLS = os.environ.get('TOOLS', '')
 SOURCE = os.path.join(HERE, '..', '..', 'tools')
 OK, FAILURE, USAGE, NO_DEVICE = range(4)
+INTERRUPTED = 130        # by SIGINT, as a shell counts it
 PATIENCE = 60           # seconds; reached only in failure
 
 

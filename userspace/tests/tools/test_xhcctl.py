@@ -14,7 +14,7 @@ from case import row
 import rig
 import xhcctl_tool
 from rig import Case
-from tool import FAILURE, NO_DEVICE, OK, USAGE
+from tool import FAILURE, INTERRUPTED, NO_DEVICE, OK, USAGE
 from xhc_sim.lcd import COORDINATES, NUMBERS
 from xhc_sim.models import MODELS
 from xhcctl_tool import Follower, run
@@ -326,7 +326,7 @@ class TestMonitor(ToolCase):
                 assert self.next(follower) == self.key(scan, caption, True)
                 pendant.report()
                 assert self.next(follower) == self.key(scan, caption, False)
-            assert follower.end(signal.SIGINT) == (OK, '')
+            assert follower.end(signal.SIGINT) == (INTERRUPTED, '')
             pendant.unplug()
 
     def test_selector_and_wheel(self):
@@ -592,7 +592,7 @@ class TestPicture(ToolCase):
         assert len(lines) <= 24
         assert max(map(len, lines)) <= 80
         terminal.process.send_signal(signal.SIGINT)
-        assert terminal.process.wait(30) == OK
+        assert terminal.process.wait(30) == INTERRUPTED
         assert rig.find.wait(lambda: terminal.bytes.endswith(b'\x1b[?25h'))
 
     def test_more_events_than_lines(self):

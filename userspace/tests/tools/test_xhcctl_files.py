@@ -10,7 +10,7 @@ import time
 
 import rig
 from rig import Case, pressed, released, selected, turned
-from tool import FAILURE, NO_DEVICE, OK
+from tool import FAILURE, INTERRUPTED, NO_DEVICE, OK
 from xhc_sim import find
 from xhc_sim.models import REPORT_DESCRIPTOR
 from xhcctl_tool import LAYOUTS, Follower, environment, run, xhcctl
@@ -85,7 +85,7 @@ class TestRecord(FileCase):
         assert json.loads(follower.line()) == {
             'schema': 1, 'tool': 'xhcctl', 'verb': 'record', 'file': path, 'reports': 1,
             'name': os.path.basename(pendant.path)}
-        assert follower.end() == (OK, '')
+        assert follower.end() == (INTERRUPTED, '')
         assert run('replay', '-c', path).status == OK
 
     def test_unplugged(self):
@@ -189,7 +189,7 @@ class TestReplay(FileCase):
         self.eyes(phys)
         self.assert_says(run('set', '-d', phys, '--wait', 'work_x=1'), OK)
         assert run('show', '-d', phys, '-j').json()[0]['dro']['work_x'] == 1
-        assert follower.end(signal.SIGINT)[0] == OK
+        assert follower.end(signal.SIGINT)[0] == INTERRUPTED
 
     def test_no_driver(self):
         path = self.write('strange', 'R: %d %s\nI: 3 1234 5678\n' % (

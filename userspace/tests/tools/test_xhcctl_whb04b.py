@@ -8,7 +8,7 @@ import rig
 from case import row
 from rig import wait
 from test_xhcctl import Terminal
-from tool import FAILURE, OK, USAGE
+from tool import FAILURE, INTERRUPTED, OK, USAGE
 from xhc_sim.whb04b import LEAD_ON_OTHERS, MODES
 from xhcctl_tool import Follower, run
 
@@ -229,7 +229,7 @@ class TestMonitor(ToolCase):
         assert follower.line().endswith(' rotary   30%')
         pendant.set('rows', '1 2.5 -3')
         assert ' display  rows 1 2.5 -3 ' in follower.line()
-        assert follower.end(signal.SIGINT)[0] == OK
+        assert follower.end(signal.SIGINT)[0] == INTERRUPTED
 
 
 class TestPicture(ToolCase):

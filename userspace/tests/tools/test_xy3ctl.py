@@ -16,7 +16,7 @@ import forward_rig
 import head_rig
 import kernel
 from kernel import read_file, wait, write_file
-from tool import FAILURE, NO_DEVICE, OK, USAGE, Tool
+from tool import FAILURE, INTERRUPTED, NO_DEVICE, OK, USAGE, Tool
 from xy3_head_sim import wire
 
 LIMIT = 60              # seconds, for what takes none on a machine that has nothing else to do
@@ -188,7 +188,7 @@ class TestTelling(Case):
         assert {line.split(' ', 1)[1] for line in lines_with(
             watch, 'errors/dsp', 'errors/dac_x', 'errors/dac_y')} == \
             {'errors/dsp power', 'errors/dac_x none', 'errors/dac_y none'}
-        assert watch.interrupt()[0] == OK
+        assert watch.interrupt()[0] == INTERRUPTED
 
     def test_watch_json(self):
         forward = self.head(2, 'cs')
@@ -260,7 +260,7 @@ class TestPackets(Case):
                      'type_77 0a 0b'):
             assert text in found
         assert '48 77 02 0a 0b' in [line.strip() for line in lines]
-        assert packets.interrupt()[0] == OK
+        assert packets.interrupt()[0] == INTERRUPTED
 
         packets = self.listening('-j', '-n', '3')
         forward.set_sim('report', '1')
@@ -548,7 +548,7 @@ class TestStreaming(Case):
         stream = self.started('stream', 'circle', '--repeat', '0', '-r', '20000', '-j')
         assert wait(lambda: forward.number('scans') > 30000, LIMIT)
         status, output, errors = stream.interrupt()
-        assert (status, errors) == (OK, '')
+        assert (status, errors) == (INTERRUPTED, '')
         document, = xy3ctl.documents(output)
         assert (forward.get('buffer/enable'), forward.get('sampling_frequency'),
                           document['rate']) == ('0', '20000', 20000)
@@ -631,7 +631,7 @@ class TestAttaching(Case):
         document, = xy3ctl.documents(attach.line())
         assert (document['head'], document['uart']) == ('xy3-0', '/dev/ttyXY3SIM0')
         assert xy3ctl.json('show')['rate'] == 57600
-        assert attach.interrupt()[0] == OK
+        assert attach.interrupt()[0] == INTERRUPTED
         assert wait(lambda: xy3ctl.json('show')['rate'] is None)
 
     def test_daemon(self):

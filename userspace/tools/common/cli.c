@@ -3,6 +3,7 @@
  * The command line: verbs, common options, messages. See cli.h.
  */
 #include <errno.h>
+#include <signal.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -145,6 +146,8 @@ static int run_verb(const struct cli_verb *verb, int argc, char **argv)
 	/* a full disk, a closed pipe: not all of it was told */
 	if (fflush(stdout) || ferror(stdout))
 		return cli_errno(errno, "standard output");
+	if (status == CLI_OK && cli_interrupted() == SIGINT)
+		return CLI_INTERRUPTED;
 	return status;
 }
 

@@ -23,6 +23,7 @@ enum cli_status {
 	CLI_FAILURE = 1,	/* it was tried and did not work, or doctor has found something */
 	CLI_USAGE = 2,		/* these words make no sense; nothing was tried */
 	CLI_NO_DEVICE = 3,	/* there is no such device, or none at all */
+	CLI_INTERRUPTED = 130,	/* ended by SIGINT, as shells count it; verbs return CLI_OK */
 };
 
 /* Options that every verb has. Zero before the parser of the verb fills it in. */
@@ -100,10 +101,10 @@ enum cli_colour { CLI_PLAIN, CLI_BOLD, CLI_DIM, CLI_RED, CLI_GREEN, CLI_YELLOW, 
 const char *cli_colour(enum cli_colour colour);
 
 /*
- * For verbs that go on until they are interrupted: true when SIGINT, SIGTERM or SIGHUP has come
- * since cli_catch_signals(). A read() or poll() under way returns EINTR then.
+ * For verbs that go on until they are interrupted: SIGINT, SIGTERM or SIGHUP when it has come
+ * since cli_catch_signals(), or 0. A read() or poll() under way returns EINTR then.
  */
 void cli_catch_signals(void);
-bool cli_interrupted(void);
+int cli_interrupted(void);
 
 #endif /* CLI_H */

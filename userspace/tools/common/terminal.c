@@ -9,7 +9,7 @@
 
 #include "cli.h"
 
-static volatile sig_atomic_t interrupted;
+static volatile sig_atomic_t interrupted;	/* the signal; 0: none */
 
 bool cli_is_terminal(int fd)
 {
@@ -34,8 +34,7 @@ const char *cli_colour(enum cli_colour colour)
 
 static void take_signal(int signal)
 {
-	(void)signal;
-	interrupted = 1;
+	interrupted = signal;
 }
 
 void cli_catch_signals(void)
@@ -48,7 +47,7 @@ void cli_catch_signals(void)
 	sigaction(SIGHUP, &action, NULL);
 }
 
-bool cli_interrupted(void)
+int cli_interrupted(void)
 {
 	return interrupted;
 }

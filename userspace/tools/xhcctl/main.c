@@ -24,7 +24,8 @@ static const struct cli_tool tool = {
 	.text = "A pendant is named as list does it: by its number (0), the name of its HID device "
 		"(0003:10CE:EB70.0001), its nodes (event3, /dev/input/xhc-hb04, hidraw0) or where it "
 		"is plugged in (its phys). A single one needs no name.\n\n"
-		"Exit status: 0 success, 1 something failed, 2 wrong usage, 3 no such pendant.",
+		"Exit status: 0 success, 1 something failed, 2 wrong usage, 3 no such pendant, "
+		"130 interrupted by SIGINT.",
 	.modules = modules,
 	.verbs = verbs,
 };

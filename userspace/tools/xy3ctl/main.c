@@ -28,7 +28,8 @@ static const struct cli_tool tool = {
 	.summary = "Show, move and command XY3-100 compatible laser scanheads.",
 	.text = "DEVICE is xy3-<n>, as `xy3ctl list' names it; without it the first head is meant. "
 		"Members of the group dialout may use all verbs but attach and detach. "
-		"Exit status: 0 is success, 1 failure, 2 wrong usage, 3 no such device.",
+		"Exit status: 0 is success, 1 failure, 2 wrong usage, 3 no such device, 130 "
+		"interrupted by SIGINT.",
 	.modules = modules,
 	.verbs = verbs,
 };
