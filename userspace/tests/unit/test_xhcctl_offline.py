@@ -58,6 +58,21 @@ class TestWords(Case):
             for word in ('Usage: xhcctl ' + verb, '--device=DEVICE', '--json'):
                 assert word in result.out
 
+    def test_short_help(self):
+        """-h is --help, for the tool and for each verb"""
+        assert run('-h').out == run('--help').out
+        for verb in VERBS:
+            with case.row(verb):
+                result = run(verb, '-h')
+                assert (result.status, result.err) == (OK, '')
+                assert result.out == run(verb, '--help').out
+
+    def test_messages_begin_with_the_name_alone(self):
+        """Not with the path that the tool was started by"""
+        for words in (['-x'], ['list', '-x'], ['set', 'x'], ['nosuch']):
+            with case.row(words):
+                assert run(*words).err.startswith('xhcctl'), run(*words).err
+
     def test_misuse(self):
         for words in ([], ['frobnicate'], ['--frobnicate'], ['list', '--frobnicate'],
                       ['list', 'extra'], ['show', 'extra'], ['monitor', 'extra'],

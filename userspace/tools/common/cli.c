@@ -23,6 +23,7 @@ static const struct cli_tool *cli_tool;
 static const struct argp_option common_options[] = {
 	{ "device", 'd', "DEVICE", 0, "Which one, as list names it", 10 },
 	{ "json", 'j', NULL, 0, "Print JSON", 10 },
+	{ NULL, 'h', NULL, OPTION_HIDDEN, NULL, 0 },	/* argp's own is -? */
 	{ 0 }
 };
 
@@ -36,6 +37,9 @@ static error_t parse_common(int key, char *argument, struct argp_state *state)
 		return 0;
 	case 'j':
 		common->json = true;
+		return 0;
+	case 'h':
+		argp_state_help(state, state->out_stream, ARGP_HELP_STD_HELP);
 		return 0;
 	}
 	return ARGP_ERR_UNKNOWN;
@@ -94,6 +98,9 @@ static error_t parse_tool(int key, char *argument, struct argp_state *state)
 
 	(void)argument;
 	switch (key) {
+	case 'h':
+		argp_state_help(state, state->out_stream, ARGP_HELP_STD_HELP);
+		return 0;
 	case ARGP_KEY_ARG:
 		/* what follows is the verb's */
 		choice->verb = state->next - 1;
@@ -153,11 +160,18 @@ static int run_verb(const struct cli_verb *verb, int argc, char **argv)
 
 int cli_main(const struct cli_tool *tool, int argc, char **argv)
 {
-	struct argp argp = { .parser = parse_tool, .args_doc = "VERB [ARGUMENT...]" };
+	static const struct argp_option options[] = {
+		{ NULL, 'h', NULL, OPTION_HIDDEN, NULL, 0 },
+		{ 0 }
+	};
+	struct argp argp = {
+		.options = options, .parser = parse_tool, .args_doc = "VERB [ARGUMENT...]",
+	};
 	struct choice choice = { 0 };
 	const struct cli_verb *verb;
 
 	cli_tool = tool;
+	argv[0] = (char *)tool->name;	/* not the path, in getopt's messages, too */
 	argp_err_exit_status = CLI_USAGE;
 	argp_program_version_hook = print_version;
 	argp.doc = tool_doc(tool);
