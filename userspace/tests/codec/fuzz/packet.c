@@ -9,7 +9,7 @@
  *   F0..FF  n - F0h bytes came damaged
  *
  * The same bytes go to a second parser one by one; both must tell the same. FAULT, when it is
- * defined, plants a fault that must be found (see run).
+ * defined, plants a fault that must be found (see run-fuzz).
  */
 #include <stdio.h>
 #include <stdlib.h>
