@@ -480,22 +480,25 @@ static void errors_test(struct kunit *test)
 	EXPECT_SHOWS_ERROR(test, head, "errors/dsp", -ENODATA);
 }
 
-static int is_hwmon(struct device *dev, void *data)
+static int find_hwmon(struct device *dev, void *found)
 {
-	return dev->class && !strcmp(dev->class->name, "hwmon");
+	if (!dev->class || strcmp(dev->class->name, "hwmon"))
+		return 0;
+	*(struct device **)found = get_device(dev);
+	return 1;
 }
 
 static void hwmon_test(struct kunit *test)
 {
 	struct uart *uart = uart_come(test, NULL);
 	struct xy3_head *head = uart_head(uart);
-	struct device *hwmon;
+	struct device *hwmon = NULL;
 
 	/* 25.31 degrees, none, -0.5 degrees */
 	SEND(test, uart, SYNC, SYNC, TEXT_PACKET(5, 6), 0xe3, 0x09, 0x01, 0x80, 0xce, 0xff);
 	SEND(test, uart, TEXT_PACKET(7, 1), 1);
 	msleep(500);
-	hwmon = device_find_child(&head->dev, NULL, is_hwmon);
+	device_for_each_child(&head->dev, &hwmon, find_hwmon);
 	KUNIT_ASSERT_NOT_NULL(test, hwmon);
 	KUNIT_EXPECT_GT(test, show_in(hwmon, hwmon->groups, "temp1_input"), 0);
 	KUNIT_EXPECT_STREQ(test, rig_page, "25310\n");

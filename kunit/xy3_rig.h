@@ -276,7 +276,8 @@ static unsigned int heads(void)
 }
 
 /* @path is as below the head's directory: NAME or GROUP/NAME */
-static struct attribute *find_attribute(const struct attribute_group **groups, const char *path)
+static struct attribute *find_attribute(const struct attribute_group *const *groups,
+					const char *path)
 {
 	const char *slash = strchr(path, '/');
 	size_t length = slash ? slash - path : 0;
@@ -293,7 +294,7 @@ static struct attribute *find_attribute(const struct attribute_group **groups, c
 	return NULL;
 }
 
-static ssize_t show_in(struct device *dev, const struct attribute_group **groups,
+static ssize_t show_in(struct device *dev, const struct attribute_group *const *groups,
 		       const char *path)
 {
 	struct attribute *attr = find_attribute(groups, path);
