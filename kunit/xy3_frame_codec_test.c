@@ -7,6 +7,7 @@
 
 #include <kunit/test.h>
 #include <linux/module.h>
+#include <linux/unaligned.h>
 
 /* not linked but included: no symbol of the codec is exported, nor need be */
 #include "../drivers/xy3/xy3-frame.c"

@@ -101,7 +101,7 @@ static void attach_own_test(struct kunit *test)
 static void lower_write_test(struct kunit *test)
 {
 	struct line *line = line_come(test);
-	struct tty_ldisc_ops *ops = line->tty->ldisc->ops;
+	const struct tty_ldisc_ops *ops = line->tty->ldisc->ops;
 
 	KUNIT_EXPECT_STREQ(test, ops->name, "xy3");
 	KUNIT_EXPECT_EQ(test, ops->write(line->tty, NULL, "x", 1), -EOPNOTSUPP);
