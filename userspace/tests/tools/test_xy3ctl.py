@@ -100,7 +100,7 @@ class TestWords(Case):
                       ('goto', '1', '--spidev', '/dev/spidev99.9')):
             self.assert_status(NO_DEVICE, *words)
         assert xy3ctl.json('list', status=NO_DEVICE)['heads'] == []
-        self.assert_status(FAILURE, 'attach', '/dev/null', says='no UART')
+        self.assert_status(FAILURE, 'attach', '/dev/null', says='not a serial port')
 
 
 class TestTelling(Case):

@@ -2,42 +2,30 @@
 /*
  * --count and --timeout. See cli-limits.h.
  */
-#include <ctype.h>
-#include <errno.h>
-#include <stdlib.h>
+#include <limits.h>
+#include <math.h>
 
 #include "cli-limits.h"
 #include "cli.h"
+#include "number.h"
 
 #define SECONDS_MAX	1e9
 
 double parse_seconds(const char *text, const char *what, const struct argp_state *state)
 {
-	double seconds;
-	char *end;
-
-	seconds = strtod(text, &end);
-	if (!(isdigit((unsigned char)*text) || *text == '.') || end == text || *end ||
-	    !(seconds >= 0 && seconds <= SECONDS_MAX))
-		argp_error(state, "%s: \"%s\" is no number of seconds", what, text);
-	return seconds;
+	return option_real(what, text, 0, SECONDS_MAX, state);
 }
 
 void limits_count(struct limits *limits, const char *text, const struct argp_state *state)
 {
-	char *end;
-
-	errno = 0;
-	limits->count = strtoul(text, &end, 10);
-	if (!isdigit((unsigned char)*text) || *end || errno || !limits->count)
-		argp_error(state, "--count: \"%s\" is no number above 0", text);
+	limits->count = option_whole("--count", text, 1, ULONG_MAX, state);
 }
 
 void limits_timeout(struct limits *limits, const char *text, const struct argp_state *state)
 {
 	limits->seconds = parse_seconds(text, "--timeout", state);
 	if (limits->seconds == 0)
-		argp_error(state, "--timeout: some time is wanted");
+		argp_error(state, "--timeout: must be more than 0");
 }
 
 void limits_start(struct limits *limits)
@@ -64,14 +52,13 @@ bool limits_time_is_up(const struct limits *limits)
 	return limits->seconds > 0 && left(limits) <= 0;
 }
 
-int limits_wait_ms(const struct limits *limits, int most)
+int limits_wait_ms(const struct limits *limits, double most)
 {
-	double ms;
+	double ms = most;
 
-	if (limits->seconds == 0)
-		return most;
-	ms = left(limits) * 1000 + 1;
-	return ms < 0 ? 0 : ms > most ? most : (int)ms;
+	if (limits->seconds > 0)
+		ms = fmin(left(limits) * 1000 + 1, most);
+	return fmin(fmax(ms, 0), INT_MAX);
 }
 
 int limits_status(const struct limits *limits)

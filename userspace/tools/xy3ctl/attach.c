@@ -8,6 +8,7 @@
 #include <fcntl.h>
 #include <json-c/json.h>
 #include <libxy3.h>
+#include <limits.h>
 #include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -19,6 +20,7 @@
 
 #include "cli.h"
 #include "head.h"
+#include "number.h"
 #include "sysfs.h"
 #include "verbs.h"
 
@@ -48,20 +50,20 @@ static error_t parse(int key, char *argument, struct argp_state *state)
 		state->child_inputs[0] = &settings->common;
 		return 0;
 	case 'r':
-		settings->rate = atoi(argument);
+		settings->rate = option_whole("--rate", argument, 0, UINT_MAX, state);
 		if (xy3_rate_command(settings->rate) < 0)
-			argp_error(state, "%s is no rate that a head has", argument);
+			argp_error(state, "--rate: a head has no rate '%s'", argument);
 		return 0;
 	case 'b':
 		settings->daemon = true;
 		return 0;
 	case ARGP_KEY_ARG:
 		if (settings->device)
-			argp_error(state, "one UART is enough");
+			argp_error(state, "only one UART is possible");
 		settings->device = argument;
 		return 0;
 	case ARGP_KEY_NO_ARGS:
-		argp_error(state, "which UART?");
+		argp_error(state, "missing UART");
 		return 0;
 	}
 	return ARGP_ERR_UNKNOWN;
@@ -134,7 +136,7 @@ static int open_uart(const char *name, int *fd)
 		return cli_errno(errno, "%s", name);
 	if (!isatty(*fd)) {
 		close(*fd);
-		return cli_error("%s is no UART", name);
+		return cli_error("%s is not a serial port", name);
 	}
 	return CLI_OK;
 }

@@ -5,6 +5,7 @@
 #include <errno.h>
 #include <json-c/json.h>
 #include <libxy3.h>
+#include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,6 +13,7 @@
 #include "cli.h"
 #include "forward.h"
 #include "head.h"
+#include "number.h"
 #include "verbs.h"
 
 struct settings {
@@ -96,7 +98,6 @@ static int code_of(const struct command *command, const char *argument, uint32_t
 	uint32_t axes = 0;
 	bool on = true;
 	int error = 0;
-	char *end;
 
 	switch (command->kind) {
 	case SWITCHED:
@@ -106,10 +107,11 @@ static int code_of(const struct command *command, const char *argument, uint32_t
 		error = xy3_parse_axes(argument, &axes);
 		break;
 	case RATE:
-		rate = strtoul(argument, &end, 10);
-		error = *end ? -EINVAL : xy3_rate_command(rate);
+		error = number_whole(argument, 0, UINT_MAX, &rate);
+		if (!error)
+			error = xy3_rate_command(rate);
 		*code = error;
-		return error < 0 ? cli_usage("%s is no rate that a head has", argument) : CLI_OK;
+		return error < 0 ? cli_usage("a head has no rate '%s'", argument) : CLI_OK;
 	}
 	if (error)
 		return cli_usage("%s: `%s' makes no sense", command->name, argument);

@@ -14,7 +14,9 @@
 #include "cli.h"
 #include "forward.h"
 #include "head.h"
+#include "number.h"
 
+#define RATE_MAX 100000000
 #define BUFFER_SCANS 4096	/* kept in the kernel: 41 ms at 100 000 frames/s */
 
 struct forward {
@@ -47,16 +49,6 @@ static const struct argp_option forward_options[] = {
 	{ 0 }
 };
 
-static unsigned int number_of(const char *text, struct argp_state *state)
-{
-	char *end;
-	unsigned long number = strtoul(text, &end, 10);
-
-	if (!*text || *end || !number || number > 100000000)
-		argp_error(state, "%s is no positive number", text);
-	return number;
-}
-
 static error_t parse_forward(int key, char *argument, struct argp_state *state)
 {
 	struct forward_settings *settings = state->input;
@@ -69,19 +61,21 @@ static error_t parse_forward(int key, char *argument, struct argp_state *state)
 		settings->map = argument;
 		return 0;
 	case KEY_LINES:
-		settings->lines = number_of(argument, state);
+		settings->lines = option_whole("--lines", argument, 1, 8, state);
+		if (settings->lines & (settings->lines - 1))
+			argp_error(state, "--lines: must be 1, 2, 4 or 8");
 		return 0;
 	case KEY_BITS:
-		settings->frame_bits = number_of(argument, state);
+		settings->frame_bits = option_whole("--bits", argument, 24, 32, state);
 		if (settings->frame_bits != 24 && settings->frame_bits != 32)
-			argp_error(state, "a frame has 24 or 32 bits");
+			argp_error(state, "--bits: must be 24 or 32");
 		return 0;
 	case 'r':
-		settings->rate = number_of(argument, state);
+		settings->rate = option_whole("--rate", argument, 1, RATE_MAX, state);
 		return 0;
 	case ARGP_KEY_END:
 		if (!settings->spidev && (settings->lines || settings->map))
-			argp_error(state, "--lines and --map are of a --spidev");
+			argp_error(state, "--lines and --map require --spidev");
 		return 0;
 	}
 	return ARGP_ERR_UNKNOWN;

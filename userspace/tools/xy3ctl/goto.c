@@ -2,15 +2,16 @@
 /*
  * xy3ctl goto: move the mirrors to a place.
  */
+#include <errno.h>
 #include <json-c/json.h>
 #include <libxy3.h>
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "cli.h"
 #include "forward.h"
+#include "number.h"
 #include "verbs.h"
 
 struct settings {
@@ -61,7 +62,7 @@ static error_t parse(int key, char *argument, struct argp_state *state)
 		take(settings, argument, state);
 		return 0;
 	case ARGP_KEY_NO_ARGS:
-		argp_error(state, "where to?");
+		argp_error(state, "missing position");
 		return 0;
 	}
 	return ARGP_ERR_UNKNOWN;
@@ -84,25 +85,20 @@ static const struct argp argp = {
 static int code_of(const struct settings *settings, const struct place *place, uint32_t top,
 		   uint32_t *code)
 {
-	double unit;
-	long long number;
-	char *end;
+	double unit = 0;
+	long number = 0;
+	int error;
 
-	if (settings->unit) {
-		unit = strtod(place->value, &end);
-		if (end == place->value || *end || !isfinite(unit))
-			return cli_usage("%s is no number", place->value);
-		if (unit < -1 || unit > 1)
-			return cli_error("%s=%s: from -1 to 1", place->axis, place->value);
-		*code = lrint((unit + 1) / 2 * top);
-		return CLI_OK;
-	}
-	number = strtoll(place->value, &end, 0);
-	if (end == place->value || *end)
-		return cli_usage("%s is no whole number", place->value);
-	if (number < 0 || number > top)
-		return cli_error("%s=%s: from 0 to %u", place->axis, place->value, top);
-	*code = number;
+	error = settings->unit ? number_real(place->value, -1, 1, &unit) :
+				 number_code(place->value, 0, top, &number);
+	if (error == -EINVAL)
+		return cli_usage("%s: '%s' is not a %snumber", place->axis, place->value,
+				 settings->unit ? "" : "whole ");
+	if (error && settings->unit)
+		return cli_error("%s=%s: must be from -1 to 1", place->axis, place->value);
+	if (error)
+		return cli_error("%s=%s: must be from 0 to %u", place->axis, place->value, top);
+	*code = settings->unit ? lrint((unit + 1) / 2 * top) : number;
 	return CLI_OK;
 }
 
@@ -130,7 +126,7 @@ static int go(const struct settings *settings, struct forward *forward)
 		if (index < 0)
 			return cli_usage("%s has no axis %s", forward_name(forward), place->axis);
 		if (chosen[index])
-			return cli_usage("%s twice", place->axis);
+			return cli_usage("axis %s is given twice", place->axis);
 		status = code_of(settings, place, forward_top(forward), &scan[index]);
 		if (status)
 			return status;

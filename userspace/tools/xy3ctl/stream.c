@@ -15,11 +15,14 @@
 
 #include "cli.h"
 #include "forward.h"
+#include "number.h"
 #include "scans.h"
 #include "shape.h"
 #include "verbs.h"
 
 #define SPEED 0.002		/* from one scan of a shape to the next, as figure.py has it */
+#define COUNT_MAX 1000000000UL
+#define DELAY_MAX 1e6		/* microseconds */
 #define PIECE 1024		/* scans of a write: 10 ms at 100 000 frames/s */
 
 struct settings {
@@ -56,26 +59,6 @@ static const struct argp_option options[] = {
 	{ 0 }
 };
 
-static double delay_of(const char *text, struct argp_state *state)
-{
-	char *end;
-	double number = strtod(text, &end);
-
-	if (end == text || *end || !(fabs(number) <= 1e6))
-		argp_error(state, "%s is no number of microseconds, of a second at most", text);
-	return number;
-}
-
-static double number_of(const char *text, struct argp_state *state)
-{
-	char *end;
-	double number = strtod(text, &end);
-
-	if (end == text || *end || !(number >= 0 && number <= 1e9))
-		argp_error(state, "%s is no number that makes sense here", text);
-	return number;
-}
-
 static error_t parse(int key, char *argument, struct argp_state *state)
 {
 	struct settings *settings = state->input;
@@ -86,17 +69,13 @@ static error_t parse(int key, char *argument, struct argp_state *state)
 		state->child_inputs[FORWARD_CHILD_FORWARD] = &settings->forward;
 		return 0;
 	case KEY_SIZE:
-		settings->size = number_of(argument, state);
-		if (settings->size > 1)
-			argp_error(state, "a shape's size is at most 1");
+		settings->size = option_real("--size", argument, 0, 1, state);
 		return 0;
 	case KEY_POINTS:
-		settings->points = number_of(argument, state);
-		if (settings->points < 1)
-			argp_error(state, "a shape has at least one point");
+		settings->points = option_whole("--points", argument, 1, COUNT_MAX, state);
 		return 0;
 	case KEY_REPEAT:
-		settings->repeat = number_of(argument, state);
+		settings->repeat = option_whole("--repeat", argument, 0, COUNT_MAX, state);
 		settings->repeat_for_ever = !settings->repeat;
 		return 0;
 	case KEY_RAW:
@@ -109,18 +88,20 @@ static error_t parse(int key, char *argument, struct argp_state *state)
 		settings->gate = true;
 		return 0;
 	case KEY_GATE_ON:
-		settings->gate_on_us = delay_of(argument, state);
+		settings->gate_on_us = option_real("--gate-on-delay", argument, -DELAY_MAX,
+						   DELAY_MAX, state);
 		return 0;
 	case KEY_GATE_OFF:
-		settings->gate_off_us = delay_of(argument, state);
+		settings->gate_off_us = option_real("--gate-off-delay", argument, -DELAY_MAX,
+						    DELAY_MAX, state);
 		return 0;
 	case ARGP_KEY_ARG:
 		if (settings->source)
-			argp_error(state, "one FILE or shape is enough");
+			argp_error(state, "only one FILE or shape is possible");
 		settings->source = argument;
 		return 0;
 	case ARGP_KEY_NO_ARGS:
-		argp_error(state, "stream what?");
+		argp_error(state, "missing FILE or shape");
 		return 0;
 	}
 	return ARGP_ERR_UNKNOWN;

@@ -42,7 +42,7 @@ static error_t parse(int key, char *argument, struct argp_state *state)
 	case 'i':
 		settings->interval = parse_seconds(argument, "--interval", state);
 		if (settings->interval == 0)
-			argp_error(state, "--interval: some time is wanted");
+			argp_error(state, "--interval: must be more than 0");
 		return 0;
 	case 'n':
 		limits_count(&settings->limits, argument, state);
