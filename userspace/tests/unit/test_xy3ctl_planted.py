@@ -88,7 +88,7 @@ class TestNumbers(Case):
             status, _, errors = self.run('stream', 'circle', *words)
             assert (status, errors) == (OK, '')
             assert len(self.head.scans()) == count
-        for text, raw in (('0x10', '16'), ('0XFFFFF', '1048575'), ('077', '77'), ('0', '0')):
+        for text, raw in (('0x10', '16'), ('0XFFFFF', '1048575'), ('077', '77'), ('0', '0'), ('+5', '5')):
             self.head.write(self.head.iio + '/out_angl0_raw', '')
             assert self.run('goto', 'x=' + text) == (OK, '', '')
             assert self.head.read('out_angl0_raw') == raw
@@ -103,3 +103,104 @@ class TestNumbers(Case):
             status, output, errors = self.run('watch', '--interval', interval, '--timeout', '0.2')
             assert (status, errors) == (OK, '')
             assert 'in_sync 1\n' in output
+
+
+class TestFiles(Case):
+    """A file of numbers: what is not sure is refused, and nothing is sent then."""
+
+    HALF, QUARTER = round(0.75 * TOP), round(0.625 * TOP)
+
+    def sent(self, text, *options):
+        """-> the scans of a file"""
+        status, _, errors = self.run('stream', '-', *options, text=text)
+        assert (status, errors) == (OK, '')
+        return self.head.scans()
+
+    def test_separators(self):
+        want = [(0, TOP, MIDDLE), (self.HALF, self.QUARTER, MIDDLE)]
+        for text in ('-1 1 0\n0.5 0.25 0\n', '-1,1,0\n0.5,0.25,0\n', '-1;1;0\n0.5;0.25;0\n',
+                     '-1, 1, 0\r\n.5 ,2.5e-1\t,\t0\r\n', '\t-1  1\t0 \n\n  # 1 2 3\n0.5 0.25 0',
+                     '\ufeff-1 ; 1 ; 0\n+0.5;0.25;-0\n', '# X;Y,Z\n-1 1 0\n0.5,0.25,0\n'):
+            with case.row(text=text):
+                assert self.sent(text) == want
+        assert self.sent('0.5\n-1\n') == [(self.HALF, MIDDLE, MIDDLE), (0, MIDDLE, MIDDLE)]
+        assert self.sent('0,1048575\n7,9', '--codes') == [(0, TOP, MIDDLE), (7, 9, MIDDLE)]
+
+    def test_unsure(self):
+        for text, says in (
+                ('0,1;0\n', 'line 1: commas and semicolons: a number has a decimal point'),
+                ('0,5 0,5\n', "line 1: '5 0' is not a number"),
+                ('0.5,,0.5\n', 'line 1: number 2 is empty'),
+                (';0.5\n', 'line 1: number 1 is empty'),
+                ('0.5,0.5,\n', 'line 1: number 3 is empty'),
+                ('0,1\n1\n', 'line 2: 1 numbers, where the lines before have 2'),
+                ('0 0\n0 0 0\n', 'line 2: 3 numbers, where the lines before have 2'),
+                ('0 0 0 0\n', 'line 1: 4 numbers, and the head has 3 axes'),
+                ('x,y\n0,0\n', "line 1: 'x' is not a number; a line of names begins with #"),
+                ('0 0\n0 left\n', "line 2: 'left' is not a number"),
+                ('"0","0"\n', 'line 1: .* is not a number'),
+                ('0x1 0\n', "line 1: '0x1' is not a number"),
+                ('nan 0\n', "line 1: 'nan' is not a number"),
+                ('0 0\0 1\n', 'line 1: a byte of 0'),
+                ('0 1.0000001\n', "line 1: '1.0000001' is not from -1 to 1"),
+                ('', 'no scan'), ('# nothing\n\n', 'no scan')):
+            with case.row(text=text):
+                self.refused_file(text, says=says)
+        for text, says in (('5 1048576\n', "line 1: '1048576' is not a code from 0 to 1048575"),
+                           ('5 0.5\n', "line 1: '0.5' is not a whole number"),
+                           ('5 -1\n', "line 1: '-1' is not a code from 0 to 1048575")):
+            with case.row(text=text):
+                self.refused_file(text, '--codes', says=says)
+
+    def refused_file(self, text, *options, says):
+        """A file and a pipe are refused alike, this early; a file before the stream is begun."""
+        data = text.encode()
+        self.head.write(self.head.iio + '/buffer/enable', '0')
+        with open(self.head.folder + '/scans', 'wb') as file:
+            file.write(data)
+        self.refused(FAILURE, 'stream', self.head.folder + '/scans', *options, says=says)
+        with open(self.head.folder + '/scans', 'rb') as file:
+            self.refused(FAILURE, 'stream', '-', *options, text=file, says=says)
+        status, _, errors = self.run('stream', '-', *options, text=data)
+        assert status == FAILURE and re.search(says, errors), errors
+
+    def test_late_errors(self):
+        """Of a file nothing is sent; of a pipe all that was before the line that is wrong."""
+        good = ['%d 7' % i for i in range(1500)]
+        for options, data, says in (
+                (('--codes',), '\n'.join(good + ['oops']).encode(), "line 1501: 'oops' is not"),
+                (('--raw',), b'\0\0\0\0' * 4500 + b'\0\0\0\x10' * 3, 'scan 1501: .* is the highest'),
+                (('--raw',), b'\0\0\0\0' * 4502, 'ends in the middle of scan 1501')):
+            with case.row(*options, says=says):
+                with open(self.head.folder + '/scans', 'wb') as file:
+                    file.write(data)
+                self.refused(FAILURE, 'stream', *options, self.head.folder + '/scans', says=says)
+                status, output, errors = self.run('stream', *options, '-', text=data)
+                assert status == FAILURE and re.search(says, errors), errors
+                assert output.startswith('1500 scans ')
+                assert len(self.head.scans()) == 1500
+        status, _, errors = self.run('stream', '--codes', '-', text='\n'.join(good))
+        assert (status, errors) == (OK, '')
+        assert self.head.scans() == [(i, 7, MIDDLE) for i in range(1500)]
+
+    def test_the_rest_of_a_file(self):
+        """Standard input that is a file is read from where it stands."""
+        with open(self.head.folder + '/scans', 'w', encoding='ascii') as file:
+            file.write('wrong\n1 2\n3 4\n')
+        with open(self.head.folder + '/scans', 'rb', buffering=0) as file:
+            file.seek(6)
+            status, _, errors = self.run('stream', '--codes', '-', text=file)
+        assert (status, errors) == (OK, '')
+        assert self.head.scans() == [(1, 2, MIDDLE), (3, 4, MIDDLE)]
+
+
+class TestGate(Case):
+    gate = True
+
+    def test_column(self):
+        status, _, errors = self.run('stream', '--codes', '-', text='1 2 3 0\n4 5 6 1\n')
+        assert (status, errors) == (OK, '')
+        assert self.head.scans() == [(1, 2, 3, 0), (4, 5, 6, 1)]
+        for number in ('2', '-1', '0.5', 'on'):
+            self.run('stream', '--codes', '-', text='1 2 3 %s\n' % number)
+            assert self.head.scans() == []

@@ -2,9 +2,9 @@
 /*
  * Numbers as people type them: in options, arguments and files
  *
- * A whole number is decimal digits. A real number has a decimal point, digits on one side of it at
- * least, and may have a sign and an exponent. Blanks, a decimal comma, hexadecimal digits, "nan" and
- * "inf" are no numbers. Functions return 0, -EINVAL, or -ERANGE for a number out of the range.
+ * A whole number is decimal digits. A real number may have a sign, a decimal point and an exponent.
+ * Blanks, a decimal comma, hexadecimal digits, "nan" and "inf" are not numbers.
+ * Functions return 0, -EINVAL, or -ERANGE for a number out of the range.
  */
 #ifndef NUMBER_H
 #define NUMBER_H

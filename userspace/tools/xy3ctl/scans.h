@@ -25,19 +25,25 @@ struct scans {
 	double size;		/* radius of the circle, 0 to 1 */
 	unsigned long points;	/* scans of one round */
 	unsigned long left;	/* scans of a shape that are still to come; ULONG_MAX: for ever */
-	unsigned long done;
+	unsigned long done;	/* those that came */
 
 	const char *name;	/* of the file */
 	FILE *file;
+	bool is_regular;	/* it can be read twice */
 	bool raw;
 	bool codes;		/* numbers are codes, not -1 to 1 */
 	unsigned long line;
+	unsigned int numbers;	/* of each line; 0: none has come */
+	bool failed;		/* it has said so, and there are no further scans */
 };
 
 /*
  * The next scans, up to count. Return how many, 0 at the end, or -1: then it has said what is
- * wrong with the file.
+ * wrong with the file. What comes before a scan that is wrong is returned before that.
  */
 long scans_next(struct scans *scans, uint32_t *codes, size_t count);
+
+/* Look at all scans of a regular file before the first is taken. Return an enum cli_status. */
+int scans_check(struct scans *scans);
 
 #endif /* SCANS_H */

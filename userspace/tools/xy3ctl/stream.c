@@ -112,11 +112,14 @@ static const struct argp argp = {
 	.args_doc = "{circle|square|grid|FILE}",
 	.doc = "Stream scans to a scanhead: a shape, or those of a file."
 	       "\v"
-	       "FILE, which is standard input when it is -, has a scan a line: numbers from -1 to "
-	       "1 "
-	       "with blanks or commas between, X first; axes that a line leaves out are in the "
-	       "middle. Where the line map has a gate, a number behind those of all axes is 1 or 0 for "
-	       "it; it is no interlock. Empty lines and those that begin with # are left out. The stream ends when "
+	       "FILE, or standard input when it is -, has one scan on each line: numbers from -1 "
+	       "to 1, X first. They are separated by blanks, by commas or by semicolons, and have a "
+	       "decimal point. Each line has as many of them as the first; axes without a number "
+	       "are in the middle. Where the line map has a gate, a number after those of all axes "
+	       "is 1 or 0 for it. Empty lines and lines that begin with # are left out. A regular "
+	       "file is checked before anything is sent; of a pipe all that comes before a wrong "
+	       "line is sent. "
+	       "\n\nThe stream ends when "
 	       "the last scan has been sent, or after SIGINT when those have been sent that were "
 	       "taken; the mirrors stay where they are then. At the end it tells how many scans "
 	       "have "
@@ -296,8 +299,10 @@ static int open_file(const struct settings *settings, struct scans *scans,
 	scans->file = strcmp(settings->source, "-") ? fopen(settings->source, "re") : stdin;
 	if (!scans->file)
 		return cli_errno(errno, "%s", settings->source);
-	if (!fstat(fileno(scans->file), &about) && S_ISREG(about.st_mode))
+	if (!fstat(fileno(scans->file), &about) && S_ISREG(about.st_mode)) {
+		scans->is_regular = true;
 		progress->total = about.st_size;
+	}
 	return CLI_OK;
 }
 
@@ -358,7 +363,9 @@ int stream_verb(int argc, char **argv)
 		scans.index_of[forward_axis(forward, i)] = i;
 	scans.gate = forward_gate(forward);
 	scans.shape_gate = settings.gate;
-	status = make_gate(&settings, forward, &gate);
+	status = scans_check(&scans);
+	if (!status)
+		status = make_gate(&settings, forward, &gate);
 	if (!status)
 		status = stream(&settings, forward, &scans, gate, &progress);
 	xy3_gate_free(gate);
