@@ -20,6 +20,7 @@
 #include <linux/spinlock.h>
 #include <linux/sysfs.h>
 #include <linux/wait.h>
+#include <linux/workqueue.h>
 
 #define FRAME_CHUNKS	6		/* HB04 */
 #define CHUNKS_MAX	256
@@ -156,7 +157,7 @@ static unsigned int pendant_chunks(struct pendant *pendant)
 }
 
 /* Answer the next @errors feature reports with @error */
-static void pendant_fail(struct pendant *pendant, int error, unsigned int errors)
+static inline void pendant_fail(struct pendant *pendant, int error, unsigned int errors)
 {
 	guard(spinlock)(&pendant->lock);
 	pendant->error = error;
@@ -166,6 +167,24 @@ static void pendant_fail(struct pendant *pendant, int error, unsigned int errors
 static bool pendant_wait_chunks(struct pendant *pendant, unsigned int n)
 {
 	return wait_event_timeout(pendant->came, pendant_chunks(pendant) >= n, 5 * HZ);
+}
+
+/* A transfer that is held goes on in a fifth of a second */
+static struct {
+	struct delayed_work work;
+	struct pendant *pendant;
+} later;
+
+static inline void release_work(struct work_struct *work)
+{
+	complete_all(&later.pendant->release);
+}
+
+static inline void pendant_release_later(struct pendant *pendant)
+{
+	later.pendant = pendant;
+	INIT_DELAYED_WORK(&later.work, release_work);
+	schedule_delayed_work(&later.work, HZ / 5);
 }
 
 static void pendant_unplug(void *data)
@@ -239,7 +258,7 @@ static void pendant_report(struct kunit *test, struct pendant *pendant, const u8
 } while (0)
 
 /* The day that the pendant was sent last */
-static u8 pendant_day(struct pendant *pendant)
+static inline u8 pendant_day(struct pendant *pendant)
 {
 	guard(spinlock)(&pendant->lock);
 	for (unsigned int i = min(pendant->chunks, CHUNKS_MAX); i-- > 0;)
@@ -249,7 +268,8 @@ static u8 pendant_day(struct pendant *pendant)
 }
 
 /* A report without a key, by which the pendant returns @day */
-static void pendant_report_day(struct kunit *test, struct pendant *pendant, u8 selector, u8 day)
+static inline void pendant_report_day(struct kunit *test, struct pendant *pendant, u8 selector,
+				      u8 day)
 {
 	u8 report[6] = { 4, 0, 0, selector, 0, day };
 
@@ -314,8 +334,8 @@ static int pendant_stat(struct kunit *test, struct pendant *pendant, const char 
 	return attribute_get(test, &pendant->hdev->dev, "stats", name);
 }
 
-static int pendant_show(struct kunit *test, struct pendant *pendant, const char *name,
-			const char *text)
+static inline int pendant_show(struct kunit *test, struct pendant *pendant, const char *name,
+			       const char *text)
 {
 	return attribute_set(test, &pendant->hdev->dev, "dro", name, text);
 }
@@ -392,7 +412,7 @@ static struct input_handler user = {
 	.id_table = user_ids,
 };
 
-static void forget_events(void)
+static inline void forget_events(void)
 {
 	guard(spinlock_irqsave)(&seen_lock);
 	seen_count = 0;
@@ -418,7 +438,7 @@ static void expect_events(struct kunit *test, const struct event *want, unsigned
 	expect_events(test, __want, ARRAY_SIZE(__want));				\
 } while (0)
 
-static void expect_no_event(struct kunit *test)
+static inline void expect_no_event(struct kunit *test)
 {
 	expect_events(test, NULL, 0);
 }
@@ -430,7 +450,7 @@ static void expect_no_event(struct kunit *test)
 #define WHEEL(detents)		{ EV_REL, REL_DIAL, (detents) }
 #define SYN			{ EV_SYN, SYN_REPORT, 0 }
 
-static struct input_dev *pendant_input(struct pendant *pendant)
+static inline struct input_dev *pendant_input(struct pendant *pendant)
 {
 	struct input_handle *handle;
 

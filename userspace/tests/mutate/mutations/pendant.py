@@ -80,7 +80,7 @@ MUTATIONS = (
 DRIVER = Driver(
     sources='drivers/hid-xhc',
     host={'xhc_codec_test': 'hid_xhc_codec', 'xhc_whb_codec_test': 'hid_xhc_whb_codec'},
-    kernel=('hid_xhc_driver',),
+    kernel=('hid_xhc_driver', 'hid_xhc_display', 'hid_xhc_whb'),
     sim='dro',
     mutations=MUTATIONS,
 )
