@@ -8,6 +8,8 @@
  * the next one came after that.
  */
 
+#include <linux/atomic.h>
+#include <linux/bug.h>
 #include <linux/cleanup.h>
 #include <linux/delay.h>
 #include <linux/device.h>
@@ -292,6 +294,32 @@ static int sim_setup(struct spi_device *spi)
 	return 0;
 }
 
+/* Like spi-axi-spi-engine, which makes a program of each message, in memory that it may wait for */
+static int sim_optimize(struct spi_message *message)
+{
+	struct xy3_sim *sim = spi_controller_get_devdata(message->spi->controller);
+
+	might_sleep();
+	atomic_inc(&sim->prepared);
+	return 0;
+}
+
+static int sim_unoptimize(struct spi_message *message)
+{
+	struct xy3_sim *sim = spi_controller_get_devdata(message->spi->controller);
+
+	atomic_dec(&sim->prepared);
+	return 0;
+}
+
+static void sim_check_prepared(void *data)
+{
+	struct xy3_sim *sim = data;
+	int left = atomic_read(&sim->prepared);
+
+	WARN(left, "xy3-sim: %d messages were prepared and never let go\n", left);
+}
+
 /* A controller that has been made for flash memory takes nothing else */
 static int sim_flash_operation(struct spi_mem *memory, const struct spi_mem_op *operation)
 {
@@ -428,11 +456,16 @@ int xy3_sim_spi_add(struct xy3_sim *sim)
 			controller->bits_per_word_mask |= SPI_BPW_MASK(24) | SPI_BPW_MASK(32);
 	}
 	controller->setup = sim_setup;
+	controller->optimize_message = sim_optimize;
+	controller->unoptimize_message = sim_unoptimize;
 	controller->max_transfer_size = sim_max_transfer;
 	if (sim->config->flash_only)
 		controller->mem_ops = &sim_flash_operations;
 	else
 		controller->transfer_one_message = sim_message;
+	err = devm_add_action(dev, sim_check_prepared, sim);
+	if (err)
+		return err;
 	err = devm_spi_register_controller(dev, controller);
 	if (err)
 		return dev_err_probe(dev, err, "no SPI controller\n");

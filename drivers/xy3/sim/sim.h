@@ -415,6 +415,7 @@ struct xy3_sim_node {
  * @lane_widths: a bus width for each lane
  * @swnode: its software node
  * @node_name: its name
+ * @prepared: messages that the controller has been shown before they are sent, and not let go yet
  * @fault: what is to go wrong; written at any time
  * @fault_count: how often it has
  * @debugfs: its directory
@@ -444,6 +445,7 @@ struct xy3_sim {
 	const char *line_map[XY3_SIM_LINES_MAX];
 	struct software_node swnode;
 	char node_name[16];
+	atomic_t prepared;
 	atomic_t fault[XY3_SIM_FAULTS];
 	atomic_t fault_count[XY3_SIM_FAULTS];
 	struct dentry *debugfs;

@@ -2,9 +2,9 @@
 /*
  * XY3-100 forward channel: blocks of scans as SPI messages
  *
- * Where SYNC is the chip select each scan is a transfer, else a block is one. The message of a
- * whole block is made ready once, when a stream begins, and sent again and again; for a block that
- * is sent before it is full one of a few messages is lent.
+ * Where SYNC is the chip select each scan is a transfer, else a block is one. A controller may
+ * sleep when it is shown a message, and is given messages where nobody can: so each one is prepared
+ * before, by whoever fills the block. It stays prepared as long as blocks of that size are sent.
  */
 
 #include <linux/math.h>
@@ -72,24 +72,15 @@ static unsigned int xy3_transfers(const struct xy3_stream *stream, unsigned int 
 	return xy3_transfer_is_scan(stream) ? scans : 1;
 }
 
-static int xy3_message_init(struct xy3_message *message, struct xy3_stream *stream,
-			    unsigned int scans)
-{
-	unsigned int count = xy3_transfers(stream, scans);
-
-	message->transfers = kvcalloc(count, sizeof(*message->transfers), GFP_KERNEL);
-	return message->transfers ? 0 : -ENOMEM;
-}
-
 /* Transfers of the scans that are in the block: one for all of them, or one for each */
-static void xy3_message_fill(struct xy3_message *message, struct xy3_block *block)
+static void xy3_block_message(struct xy3_block *block)
 {
 	struct xy3_stream *stream = block->stream;
 	unsigned int count = xy3_transfers(stream, block->scans);
 	size_t size = block->scans / count * xy3_stream_scan_size(stream);
 
 	for (unsigned int i = 0; i < count; i++)
-		message->transfers[i] = (struct spi_transfer) {
+		block->transfers[i] = (struct spi_transfer) {
 			.tx_buf = block->data + i * size,
 			.len = size,
 			.tx_nbits = stream->map.lines,
@@ -99,86 +90,97 @@ static void xy3_message_fill(struct xy3_message *message, struct xy3_block *bloc
 			/* 0 microseconds would mean 10 to the SPI core, 0 nanoseconds are none */
 			.cs_change_delay.unit = SPI_DELAY_UNIT_NSECS,
 		};
-	spi_message_init_with_transfers(&message->spi, message->transfers, count);
+	spi_message_init_with_transfers(&block->message, block->transfers, count);
 }
 
-/* The message for what is in the block */
-static struct xy3_message *xy3_block_message(struct xy3_block *block)
+/**
+ * xy3_block_unprepare() - the block's message is not going to be sent again
+ * @block: the block, prepared or not; the controller does not have it
+ *
+ * May sleep.
+ */
+void xy3_block_unprepare(struct xy3_block *block)
 {
-	struct xy3_stream *stream = block->stream;
-	struct xy3_message *message = &block->whole;
+	if (block->prepared)
+		spi_unoptimize_message(&block->message);
+	block->prepared = 0;
+}
 
-	if (block->ready && block->scans == block->scans_max)
-		return message;
-	if (block->ready) {
-		/* there is one for each block that the controller can have at a time */
-		message = list_first_entry(&stream->lent, struct xy3_message, node);
-		list_del(&message->node);
-	}
-	xy3_message_fill(message, block);
-	return message;
+/**
+ * xy3_block_prepare() - show the controller the message for what is in a block
+ * @block: the block, with one scan at least in it; rate and line map of the stream stand. Bytes may
+ *	   change later, but not how many scans it has.
+ *
+ * May sleep.
+ *
+ * Return: 0 or the controller's error.
+ */
+int xy3_block_prepare(struct xy3_block *block)
+{
+	int err;
+
+	if (block->prepared == block->scans)
+		return 0;
+	xy3_block_unprepare(block);
+	xy3_block_message(block);
+	err = spi_optimize_message(block->stream->spi, &block->message);
+	if (!err)
+		block->prepared = block->scans;
+	return err;
 }
 
 /**
  * xy3_block_send() - give a block to the controller
- * @block: the block, with one scan at least in it
+ * @block: the block, prepared
  * @done: is called when it has been sent, or not; in any context
+ *
+ * In any context.
  *
  * Return: 0 or the controller's error.
  */
 int xy3_block_send(struct xy3_block *block, void (*done)(void *context))
 {
-	int err;
-
-	lockdep_assert_held(&block->stream->lock);
-	block->sent = xy3_block_message(block);
-	block->sent->spi.complete = done;
-	block->sent->spi.context = block;
-	err = spi_async(block->stream->spi, &block->sent->spi);
-	if (err)
-		xy3_block_back(block);
-	return err;
+	block->message.complete = done;
+	block->message.context = block;
+	return spi_async(block->stream->spi, &block->message);
 }
 
 /**
- * xy3_block_back() - a block comes back from the controller
- * @block: the block
- *
- * Return: 0 or why it was not sent.
- */
-int xy3_block_back(struct xy3_block *block)
-{
-	struct xy3_message *message = block->sent;
-
-	lockdep_assert_held(&block->stream->lock);
-	if (message != &block->whole)
-		list_add(&message->node, &block->stream->lent);
-	return message->spi.status;
-}
-
-/**
- * xy3_block_send_now() - send a block that is in no stream, and wait
- * @block: the block, with one scan at least in it
+ * xy3_block_send_now() - give a block to the controller, and wait until it has been sent
+ * @block: the block, prepared
  *
  * Return: 0 or the controller's error.
  */
 int xy3_block_send_now(struct xy3_block *block)
 {
-	xy3_message_fill(&block->whole, block);
-	return spi_sync(block->stream->spi, &block->whole.spi);
+	/* spi_sync() would call what xy3_block_send() has left there */
+	block->message.complete = NULL;
+	return spi_sync(block->stream->spi, &block->message);
+}
+
+/**
+ * xy3_block_status() - what became of a block
+ * @block: the block, back from the controller
+ *
+ * Return: 0 or why it was not sent.
+ */
+int xy3_block_status(const struct xy3_block *block)
+{
+	return block->message.status;
 }
 
 /* ---- blocks ---- */
 
 /**
  * xy3_block_free() - let a block go
- * @block: the block, or NULL; not ready
+ * @block: the block, or NULL; the controller does not have it
  */
 void xy3_block_free(struct xy3_block *block)
 {
 	if (!block)
 		return;
-	kvfree(block->whole.transfers);
+	xy3_block_unprepare(block);
+	kvfree(block->transfers);
 	kfree(block->data);
 	kfree(block);
 }
@@ -188,7 +190,7 @@ void xy3_block_free(struct xy3_block *block)
  * @stream: whose it will be
  * @scans: scans that it has room for
  *
- * Return: the block, empty and not ready; NULL without memory.
+ * Return: the block, empty and not prepared; NULL without memory.
  */
 struct xy3_block *xy3_block_new(struct xy3_stream *stream, unsigned int scans)
 {
@@ -200,7 +202,9 @@ struct xy3_block *xy3_block_new(struct xy3_stream *stream, unsigned int scans)
 	block->stream = stream;
 	block->scans_max = scans;
 	block->data = kmalloc_array(scans, xy3_scan_room(stream), GFP_KERNEL);
-	if (!block->data || xy3_message_init(&block->whole, stream, scans)) {
+	block->transfers = kvcalloc(xy3_transfers(stream, scans), sizeof(*block->transfers),
+				    GFP_KERNEL);
+	if (!block->data || !block->transfers) {
 		xy3_block_free(block);
 		return NULL;
 	}
@@ -209,7 +213,7 @@ struct xy3_block *xy3_block_new(struct xy3_stream *stream, unsigned int scans)
 
 /**
  * xy3_blocks_free() - let blocks go
- * @list: the blocks, not ready
+ * @list: the blocks; the controller has none of them
  */
 void xy3_blocks_free(struct list_head *list)
 {
@@ -247,75 +251,33 @@ int xy3_blocks_new(struct xy3_stream *stream, struct list_head *list, unsigned i
 }
 
 /**
- * xy3_blocks_ready() - let the controller look at the messages of whole blocks once and for all
+ * xy3_blocks_prepare() - show the controller the messages of whole blocks
  * @list: the blocks; rate and line map of the stream stand
  *
- * Return: 0 or the controller's error; then some may be ready.
+ * Return: 0 or the controller's error; then some may be prepared.
  */
-int xy3_blocks_ready(struct list_head *list)
+int xy3_blocks_prepare(struct list_head *list)
 {
 	struct xy3_block *block;
 	int err;
 
 	list_for_each_entry(block, list, node) {
 		block->scans = block->scans_max;
-		xy3_message_fill(&block->whole, block);
-		err = spi_optimize_message(block->stream->spi, &block->whole.spi);
+		err = xy3_block_prepare(block);
 		if (err)
 			return err;
-		block->ready = true;
 	}
 	return 0;
 }
 
 /**
- * xy3_blocks_unready() - undo that
- * @list: the blocks, ready or not; the controller has none of them
+ * xy3_blocks_unprepare() - undo that
+ * @list: the blocks, prepared or not; the controller has none of them
  */
-void xy3_blocks_unready(struct list_head *list)
+void xy3_blocks_unprepare(struct list_head *list)
 {
 	struct xy3_block *block;
 
-	list_for_each_entry(block, list, node) {
-		if (block->ready)
-			spi_unoptimize_message(&block->whole.spi);
-		block->ready = false;
-	}
-}
-
-/**
- * xy3_lent_free() - let go the messages for blocks that are not full
- * @stream: the stream; it has them all
- */
-void xy3_lent_free(struct xy3_stream *stream)
-{
-	struct xy3_message *message, *next;
-
-	list_for_each_entry_safe(message, next, &stream->lent, node) {
-		list_del(&message->node);
-		kvfree(message->transfers);
-		kfree(message);
-	}
-}
-
-/**
- * xy3_lent_new() - make them
- * @stream: the stream
- * @scans: scans of a full block
- *
- * Return: 0 or -ENOMEM, and then there is none.
- */
-int xy3_lent_new(struct xy3_stream *stream, unsigned int scans)
-{
-	for (unsigned int i = 0; i < XY3_BLOCKS_QUEUED; i++) {
-		struct xy3_message *message = kzalloc(sizeof(*message), GFP_KERNEL);
-
-		if (!message || xy3_message_init(message, stream, scans)) {
-			kfree(message);
-			xy3_lent_free(stream);
-			return -ENOMEM;
-		}
-		list_add(&message->node, &stream->lent);
-	}
-	return 0;
+	list_for_each_entry(block, list, node)
+		xy3_block_unprepare(block);
 }

@@ -3,17 +3,69 @@
  * XY3-100 forward channel: commands, which go between two blocks
  */
 
-#include <linux/errno.h>
+#include <linux/err.h>
 #include <linux/kfifo.h>
 #include <linux/wait.h>
 
 #include "xy3-spi.h"
 
 /**
+ * xy3_command_block_new() - make a block that carries commands
+ * @stream: the stream
+ *
+ * Return: the block, prepared, or an error.
+ */
+struct xy3_block *xy3_command_block_new(struct xy3_stream *stream)
+{
+	struct xy3_block *block = xy3_block_new(stream, 1);
+	int err;
+
+	if (!block)
+		return ERR_PTR(-ENOMEM);
+	block->scans = 1;
+	err = xy3_block_prepare(block);
+	if (err) {
+		xy3_block_free(block);
+		return ERR_PTR(err);
+	}
+	return block;
+}
+
+static bool xy3_command_busy(struct xy3_stream *stream)
+{
+	guard(spinlock_irqsave)(&stream->lock);
+	return stream->command_busy;
+}
+
+/**
+ * xy3_commands_hold() - send no command until xy3_commands_release(); they are still taken
+ * @stream: the stream
+ *
+ * On return none is on its way.
+ */
+void xy3_commands_hold(struct xy3_stream *stream)
+{
+	scoped_guard(spinlock_irqsave, &stream->lock)
+		stream->command_held = true;
+	wait_event(stream->done, !xy3_command_busy(stream));
+}
+
+/**
+ * xy3_commands_release() - undo that
+ * @stream: the stream
+ */
+void xy3_commands_release(struct xy3_stream *stream)
+{
+	guard(spinlock_irqsave)(&stream->lock);
+	stream->command_held = false;
+	xy3_pump(stream, false);
+}
+
+/**
  * xy3_next_command() - take the next command that waits
  * @stream: the stream
  *
- * Return: the block that carries it; NULL without a command, or while one is on its way.
+ * Return: the block that carries it; NULL without a command, or while none can be sent.
  */
 struct xy3_block *xy3_next_command(struct xy3_stream *stream)
 {
@@ -21,12 +73,12 @@ struct xy3_block *xy3_next_command(struct xy3_stream *stream)
 	u32 command;
 
 	lockdep_assert_held(&stream->lock);
-	if (stream->command_busy || !kfifo_get(&stream->commands, &command))
+	if (stream->command_busy || stream->command_held ||
+	    !kfifo_get(&stream->commands, &command))
 		return NULL;
 	xy3_forward_has_room(stream->forward);
 	stream->command_busy = true;
 	stream->command_number = stream->commands_taken - kfifo_len(&stream->commands);
-	block->scans = 1;
 	if (stream->word_is_scan)
 		*(u32 *)block->data = xy3_command_word(&stream->map, command);
 	else

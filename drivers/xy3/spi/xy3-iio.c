@@ -56,14 +56,6 @@ static int xy3_write_position(struct xy3_iio *iio, unsigned int index, int value
 	return xy3_stream_send_position(&iio->stream, position);
 }
 
-static int xy3_write_rate(struct xy3_iio *iio, int rate)
-{
-	if (rate < 1 || rate > xy3_stream_rate_max(&iio->stream))
-		return -ERANGE;
-	iio->stream.rate = rate;
-	return 0;
-}
-
 static int xy3_write_raw(struct iio_dev *indio_dev, struct iio_chan_spec const *channel, int value,
 			 int unused, long mask)
 {
@@ -77,7 +69,7 @@ static int xy3_write_raw(struct iio_dev *indio_dev, struct iio_chan_spec const *
 		if (mask == IIO_CHAN_INFO_RAW)
 			err = xy3_write_position(iio, channel->scan_index, value);
 		else if (mask == IIO_CHAN_INFO_SAMP_FREQ)
-			err = xy3_write_rate(iio, value);
+			err = value < 0 ? -ERANGE : xy3_stream_set_rate(&iio->stream, value);
 	}
 	iio_device_release_direct(indio_dev);
 	return err;

@@ -50,18 +50,6 @@ static inline unsigned int xy3_code_shift(const struct xy3_line_map *map)
 #define XY3_BLOCKS_MAX		1024
 
 /**
- * struct xy3_message - an SPI message
- * @node: in the stream's list of those that are lent
- * @spi: the message
- * @transfers: one for all scans, or one for each where the chip select is SYNC
- */
-struct xy3_message {
-	struct list_head node;
-	struct spi_message spi;
-	struct spi_transfer *transfers;
-};
-
-/**
  * struct xy3_block - scans that are sent as one message
  * @node: in one of the stream's lists
  * @stream: whose it is
@@ -70,9 +58,9 @@ struct xy3_message {
  * @repeats: one of those that repeat the last position
  * @data: their bytes
  * @position: of a block that was written, its last scan: a code for each axis, then 0 for a gate
- * @ready: the controller has been shown @whole, which does not change any more
- * @whole: the message for @scans_max of them; for fewer it is used while not @ready only
- * @sent: the message that is, or was last, on its way
+ * @prepared: scans of @message, which the controller has been shown; 0 when it has not
+ * @message: the SPI message
+ * @transfers: its transfers: one for all scans, or one for each where the chip select is SYNC
  */
 struct xy3_block {
 	struct list_head node;
@@ -82,9 +70,9 @@ struct xy3_block {
 	bool repeats;
 	u8 *data;
 	u32 position[XY3_COLUMNS_MAX];
-	bool ready;
-	struct xy3_message whole;
-	struct xy3_message *sent;
+	unsigned int prepared;
+	struct spi_message message;
+	struct spi_transfer *transfers;
 };
 
 /**
@@ -112,7 +100,7 @@ enum xy3_stream_stat {
  * @spi: the SPI device
  * @map: which line carries what
  * @word_is_scan: the controller makes SYNC out of words: a scan is one word of 24 or 32 bits
- * @rate: frames per second; changed while nothing is sent only
+ * @rate: frames per second; like @map changed while nothing is sent only
  * @forward: the forward channel, which is told when there is room for commands
  * @writers: where those wait who want an empty block
  * @underrun: notifies user space of underruns
@@ -132,9 +120,9 @@ enum xy3_stream_stat {
  * @full: blocks to be sent, in this order
  * @filling: the block that the writer has begun, while it is not at it
  * @spare: blocks that repeat the last position
- * @lent: messages for blocks that are ready and not full
  * @command_block: carries one command; in no list
  * @command_busy: it is on its way
+ * @command_held: it is being changed, and not to be sent
  * @closing: carries the last position with the gate low, when nothing else is sent; in no list
  * @closed: it was sent for the error there is
  * @queued: blocks that the controller has
@@ -178,9 +166,9 @@ struct xy3_stream {
 	struct list_head full;
 	struct xy3_block *filling;
 	struct list_head spare;
-	struct list_head lent;
 	struct xy3_block *command_block;
 	bool command_busy;
+	bool command_held;
 	struct xy3_block *closing;
 	bool closed;
 	unsigned int queued;
@@ -210,13 +198,13 @@ void xy3_block_free(struct xy3_block *block);
 int xy3_blocks_new(struct xy3_stream *stream, struct list_head *list, unsigned int count,
 		   unsigned int scans);
 void xy3_blocks_free(struct list_head *list);
-int xy3_blocks_ready(struct list_head *list);
-void xy3_blocks_unready(struct list_head *list);
-int xy3_lent_new(struct xy3_stream *stream, unsigned int scans);
-void xy3_lent_free(struct xy3_stream *stream);
+int xy3_blocks_prepare(struct list_head *list);
+void xy3_blocks_unprepare(struct list_head *list);
+int xy3_block_prepare(struct xy3_block *block);
+void xy3_block_unprepare(struct xy3_block *block);
 int xy3_block_send(struct xy3_block *block, void (*done)(void *context));
-int xy3_block_back(struct xy3_block *block);
 int xy3_block_send_now(struct xy3_block *block);
+int xy3_block_status(const struct xy3_block *block);
 
 /* xy3-stream.c */
 int xy3_stream_init(struct xy3_stream *stream);
@@ -239,9 +227,13 @@ size_t xy3_stream_waiting(struct xy3_stream *stream);
 struct xy3_block *xy3_stream_take(struct xy3_stream *stream, size_t scans);
 void xy3_stream_give(struct xy3_stream *stream, struct xy3_block *block);
 int xy3_stream_resize(struct xy3_stream *stream, unsigned int frame_bits);
+int xy3_stream_set_rate(struct xy3_stream *stream, unsigned int rate);
 void xy3_pump(struct xy3_stream *stream, bool late);
 
 /* xy3-command.c */
+struct xy3_block *xy3_command_block_new(struct xy3_stream *stream);
+void xy3_commands_hold(struct xy3_stream *stream);
+void xy3_commands_release(struct xy3_stream *stream);
 struct xy3_block *xy3_next_command(struct xy3_stream *stream);
 void xy3_command_sent(struct xy3_stream *stream);
 void xy3_commands_fail(struct xy3_stream *stream, int err);

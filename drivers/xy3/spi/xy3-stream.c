@@ -9,7 +9,7 @@
  * All is set in motion when something is written and when a message is done.
  */
 
-#include <linux/errno.h>
+#include <linux/err.h>
 #include <linux/ktime.h>
 #include <linux/minmax.h>
 #include <linux/poll.h>
@@ -132,7 +132,6 @@ static bool xy3_make_closing(struct xy3_stream *stream)
 
 	if (stream->map.gate_line < 0 || !stream->primed)
 		return false;
-	block->scans = 1;
 	xy3_stream_encode(stream, stream->position, 1, block->data);
 	return true;
 }
@@ -188,7 +187,7 @@ static void xy3_block_done(void *context)
 
 	scoped_guard(spinlock_irqsave, &stream->lock) {
 		stream->queued--;
-		err = xy3_block_back(block);
+		err = xy3_block_status(block);
 		if (err) {
 			stream->stat[XY3_ERRORS]++;
 			xy3_stream_fail(stream, err);
@@ -268,7 +267,9 @@ int xy3_stream_send_position(struct xy3_stream *stream, const u32 *position)
 		return -ENOMEM;
 	block->scans = 1;
 	xy3_stream_encode(stream, position, 1, block->data);
-	err = xy3_block_send_now(block);
+	err = xy3_block_prepare(block);
+	if (!err)
+		err = xy3_block_send_now(block);
 	if (!err) {
 		guard(spinlock_irqsave)(&stream->lock);
 		stream->stat[XY3_SCANS]++;
@@ -294,12 +295,8 @@ int xy3_stream_blocks(struct xy3_stream *stream, unsigned int scans)
 
 	xy3_stream_no_blocks(stream);
 	err = xy3_blocks_new(stream, &stream->empty, 2 * half, each);
-	if (!err)
-		err = xy3_lent_new(stream, each);
-	if (err) {
-		xy3_stream_no_blocks(stream);
+	if (err)
 		return err;
-	}
 	stream->empties = 2 * half;
 	stream->block_scans = each;
 	stream->write_max = half * each;
@@ -316,13 +313,25 @@ void xy3_stream_no_blocks(struct xy3_stream *stream)
 {
 	xy3_blocks_free(&stream->empty);
 	stream->empties = 0;
-	xy3_lent_free(stream);
 }
 
-static void xy3_stream_unready(struct xy3_stream *stream)
+static int xy3_stream_prepare(struct xy3_stream *stream)
 {
-	xy3_blocks_unready(&stream->empty);
-	xy3_blocks_unready(&stream->spare);
+	int err;
+
+	err = xy3_blocks_prepare(&stream->empty);
+	if (!err)
+		err = xy3_blocks_prepare(&stream->spare);
+	if (!err)
+		err = xy3_block_prepare(stream->closing);
+	return err;
+}
+
+static void xy3_stream_unprepare(struct xy3_stream *stream)
+{
+	xy3_blocks_unprepare(&stream->empty);
+	xy3_blocks_unprepare(&stream->spare);
+	xy3_block_unprepare(stream->closing);
 }
 
 /**
@@ -335,11 +344,9 @@ int xy3_stream_start(struct xy3_stream *stream)
 {
 	int err;
 
-	err = xy3_blocks_ready(&stream->empty);
-	if (!err)
-		err = xy3_blocks_ready(&stream->spare);
+	err = xy3_stream_prepare(stream);
 	if (err) {
-		xy3_stream_unready(stream);
+		xy3_stream_unprepare(stream);
 		return err;
 	}
 	guard(spinlock_irqsave)(&stream->lock);
@@ -442,7 +449,7 @@ void xy3_stream_stop(struct xy3_stream *stream)
 		wait_event(stream->done, xy3_stream_silent(stream));
 	}
 	xy3_stream_close(stream);
-	xy3_stream_unready(stream);
+	xy3_stream_unprepare(stream);
 }
 
 /* Scans that there is room for */
@@ -559,7 +566,14 @@ struct xy3_block *xy3_stream_take(struct xy3_stream *stream, size_t scans)
  */
 void xy3_stream_give(struct xy3_stream *stream, struct xy3_block *block)
 {
+	int err = block->scans ? xy3_block_prepare(block) : 0;
+
 	guard(spinlock_irqsave)(&stream->lock);
+	if (err) {
+		stream->stat[XY3_ERRORS]++;
+		xy3_stream_fail(stream, err);
+		xy3_close_after_error(stream);
+	}
 	if (!block->scans || stream->error || stream->aborted)
 		xy3_put_empty(block);
 	else if (block->scans == block->scans_max)
@@ -569,6 +583,28 @@ void xy3_stream_give(struct xy3_stream *stream, struct xy3_block *block)
 	xy3_pump(stream, false);
 }
 
+static int xy3_stream_change(struct xy3_stream *stream, const struct xy3_line_map *map,
+			     unsigned int rate)
+{
+	struct xy3_line_map map_was = stream->map;
+	unsigned int rate_was = stream->rate;
+	struct xy3_block *block;
+
+	xy3_commands_hold(stream);
+	stream->map = *map;
+	stream->rate = min(rate, xy3_stream_rate_max(stream));
+	block = xy3_command_block_new(stream);
+	if (IS_ERR(block)) {
+		stream->map = map_was;
+		stream->rate = rate_was;
+	} else {
+		xy3_block_free(stream->command_block);
+		stream->command_block = block;
+	}
+	xy3_commands_release(stream);
+	return PTR_ERR_OR_ZERO(block);
+}
+
 /**
  * xy3_stream_resize() - change the size of the frames
  * @stream: the stream, which does not run
@@ -576,7 +612,7 @@ void xy3_stream_give(struct xy3_stream *stream, struct xy3_block *block)
  *
  * The rate becomes lower if the bus cannot do it with frames of that size.
  *
- * Return: 0 or -EINVAL.
+ * Return: 0, -EINVAL, -ENOMEM or the controller's error.
  */
 int xy3_stream_resize(struct xy3_stream *stream, unsigned int frame_bits)
 {
@@ -586,17 +622,28 @@ int xy3_stream_resize(struct xy3_stream *stream, unsigned int frame_bits)
 	err = xy3_line_map_init(&map, stream->map.lines, frame_bits, stream->map.signal);
 	if (err)
 		return err;
-	guard(spinlock_irqsave)(&stream->lock);
-	stream->map = map;
-	stream->rate = min(stream->rate, xy3_stream_rate_max(stream));
-	return 0;
+	return xy3_stream_change(stream, &map, stream->rate);
+}
+
+/**
+ * xy3_stream_set_rate() - change the rate
+ * @stream: the stream, which does not run
+ * @rate: frames per second
+ *
+ * Return: 0; -ERANGE when the bus cannot do it; -ENOMEM or the controller's error.
+ */
+int xy3_stream_set_rate(struct xy3_stream *stream, unsigned int rate)
+{
+	if (!rate || rate > xy3_stream_rate_max(stream))
+		return -ERANGE;
+	return xy3_stream_change(stream, &stream->map, rate);
 }
 
 /**
  * xy3_stream_init() - prepare a stream
  * @stream: the stream; all up to its lock is filled in
  *
- * Return: 0 or -ENOMEM.
+ * Return: 0, -ENOMEM or the controller's error.
  */
 int xy3_stream_init(struct xy3_stream *stream)
 {
@@ -609,13 +656,12 @@ int xy3_stream_init(struct xy3_stream *stream)
 	INIT_LIST_HEAD(&stream->empty);
 	INIT_LIST_HEAD(&stream->full);
 	INIT_LIST_HEAD(&stream->spare);
-	INIT_LIST_HEAD(&stream->lent);
 	INIT_KFIFO(stream->commands);
 	stream->write_max = 1;
 
-	stream->command_block = xy3_block_new(stream, 1);
-	if (!stream->command_block)
-		return -ENOMEM;
+	stream->command_block = xy3_command_block_new(stream);
+	if (IS_ERR(stream->command_block))
+		return PTR_ERR(stream->command_block);
 	stream->closing = xy3_block_new(stream, 1);
 	err = stream->closing ? xy3_blocks_new(stream, &stream->spare, XY3_BLOCKS_QUEUED, repeats) :
 				-ENOMEM;
@@ -624,6 +670,7 @@ int xy3_stream_init(struct xy3_stream *stream)
 		xy3_block_free(stream->command_block);
 		return err;
 	}
+	stream->closing->scans = 1;
 	stream->closing->repeats = true;
 	list_for_each_entry(block, &stream->spare, node)
 		block->repeats = true;

@@ -9,7 +9,7 @@ import pytest
 import forward_rig
 import head_rig
 from forward_rig import Case
-from kernel import wait
+from kernel import wait, write_file
 
 
 def log():
@@ -59,6 +59,27 @@ class TestControllers(Case):
     def test_short_words(self):
         """davinci and orion move the chip select by words, and have none of 24 bits."""
         self.sends('word_bits=16', 1, 'cs', 1)
+
+    @pytest.mark.parametrize('lines, framing', ((4, 'line'), (2, 'cs')))
+    def test_messages_that_are_prepared(self, lines, framing):
+        """spi-axi-spi-engine sleeps to prepare a message: never under a lock, and none is left."""
+        forward = self.forward(lines, framing)
+        one = 4 * forward.axes
+        for bits, rate in ((24, 100000), (32, 50000)):
+            assert forward.set('frame_bits', bits) is None
+            assert forward.set('sampling_frequency', rate) is None
+            forward.record(2000)
+            stream = forward.stream()
+            for size in (1, 7, 256, 300, 1, 1):
+                stream.write(bytes(one * size))
+                write_file(forward.head + 'calibrate', 'x')
+            stream.finish()
+            assert wait(lambda: len(forward.recorded()) == one)
+            assert forward.bad_frames() == []
+        assert wait(lambda: forward.number('commands') == 12)
+        forward.unbind()
+        assert forward.sim_number('bus', 'prepared') == 0
+        assert 'sleeping function' not in log()
 
     def test_flash_only(self):
         """zynqmp-gqspi has no plain transfers."""

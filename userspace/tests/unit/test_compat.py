@@ -24,7 +24,7 @@ typedef int clockid_t;
 #define bool _Bool
 #define NULL ((void *)0)
 struct tty_struct; struct tty_port; struct serdev_device; struct class_attribute;
-struct workqueue_struct; struct iio_dev; struct spi_message; struct hrtimer;
+struct workqueue_struct; struct iio_dev; struct spi_message; struct spi_controller; struct hrtimer;
 enum hrtimer_restart { HRTIMER_NORESTART };
 enum hrtimer_mode { HRTIMER_MODE_ABS };
 struct spi_device { unsigned int mode; };
@@ -89,11 +89,19 @@ struct serdev_device_ops driver = { .receive_buf = xy3_serdev_receive };'''),
         'int driver_octal(struct spi_device *spi) { return spi_setup(spi); }'),
     'SPI_OPTIMIZE_MESSAGE': (
         'spi/spi.h',
-        '/* spi_optimize_message() is not here */',
+        '''/* spi_optimize_message() is not here */
+struct spi_controller { int (*prepare_message)(struct spi_controller *it, struct spi_message *msg);
+int (*unprepare_message)(struct spi_controller *it, struct spi_message *msg); };''',
         '''extern int spi_optimize_message(struct spi_device *spi, struct spi_message *msg);
-extern void spi_unoptimize_message(struct spi_message *msg);''',
+extern void spi_unoptimize_message(struct spi_message *msg);
+struct spi_controller { int (*optimize_message)(struct spi_message *msg);
+int (*unoptimize_message)(struct spi_message *msg); };''',
         '''int driver(struct spi_device *spi, struct spi_message *message)
-{ spi_unoptimize_message(message); return spi_optimize_message(spi, message); }'''),
+{ spi_unoptimize_message(message); return spi_optimize_message(spi, message); }
+static int sim_optimize(struct spi_message *message) { return 0; }
+static int sim_unoptimize(struct spi_message *message) { return 0; }
+void controller(struct spi_controller *it)
+{ it->optimize_message = sim_optimize; it->unoptimize_message = sim_unoptimize; }'''),
     'SYSTEM_DFL_WQ': (
         'workqueue.h',
         '/* system_dfl_wq; */ extern struct workqueue_struct *system_unbound_wq;',

@@ -3,6 +3,7 @@
 #define COMPAT_SPI_H
 
 #include_next <linux/spi/spi.h>
+#include "../../callback.h"
 
 #ifndef KERNEL_HAS_SPI_NBITS_OCTAL
 /* no transfer went over eight lines: a device does not get them, as if its controller had none */
@@ -16,6 +17,19 @@ static inline int spi_setup_up_to_quad(struct spi_device *spi)
 #endif
 
 #ifndef KERNEL_HAS_SPI_OPTIMIZE_MESSAGE
+/* a controller made each message ready just before it was sent, and was told which controller */
+#define optimize_message	prepare_message
+#define unoptimize_message	unprepare_message
+
+#define sim_optimize(parameter)							\
+	COMPAT_CALLBACK(int, sim_optimize, int,					\
+			(struct spi_controller *controller, struct spi_message *message),	\
+			(message), (parameter))
+#define sim_unoptimize(parameter)						\
+	COMPAT_CALLBACK(int, sim_unoptimize, int,				\
+			(struct spi_controller *controller, struct spi_message *message),	\
+			(message), (parameter))
+
 /* each message was made ready as it was sent */
 static inline int spi_optimize_message(struct spi_device *spi, struct spi_message *message)
 {
