@@ -3,38 +3,75 @@
  * XY3-100 forward channel: commands, which go between two blocks
  */
 
-#include <linux/err.h>
-#include <linux/kfifo.h>
+#include <linux/completion.h>
+#include <linux/errno.h>
+#include <linux/kref.h>
+#include <linux/list.h>
+#include <linux/slab.h>
 #include <linux/wait.h>
 
 #include "xy3-spi.h"
 
+static void xy3_command_free(struct kref *ref)
+{
+	kfree(container_of(ref, struct xy3_command, ref));
+}
+
+static void xy3_command_put(struct xy3_command *command)
+{
+	if (command)
+		kref_put(&command->ref, xy3_command_free);
+}
+
+static struct xy3_command *xy3_command_new(u32 code)
+{
+	struct xy3_command *command = kzalloc(sizeof(*command), GFP_ATOMIC);
+
+	if (!command)
+		return NULL;
+	kref_init(&command->ref);
+	init_completion(&command->done);
+	command->code = code;
+	return command;
+}
+
+static void xy3_command_end(struct xy3_command *command, int err)
+{
+	command->err = err;
+	complete_all(&command->done);
+	xy3_command_put(command);
+}
+
+/* ---- the block ---- */
+
 /**
- * xy3_command_block_new() - make a block that carries commands
- * @stream: the stream
+ * xy3_commands_new_block() - make a block that carries commands, in place of the one there is
+ * @stream: the stream; commands are held, or there are none yet
  *
- * Return: the block, prepared, or an error.
+ * Return: 0, -ENOMEM or the controller's error, and then the old one stays.
  */
-struct xy3_block *xy3_command_block_new(struct xy3_stream *stream)
+int xy3_commands_new_block(struct xy3_stream *stream)
 {
 	struct xy3_block *block = xy3_block_new(stream, 1);
 	int err;
 
 	if (!block)
-		return ERR_PTR(-ENOMEM);
+		return -ENOMEM;
 	block->scans = 1;
 	err = xy3_block_prepare(block);
 	if (err) {
 		xy3_block_free(block);
-		return ERR_PTR(err);
+		return err;
 	}
-	return block;
+	xy3_block_free(stream->commands.block);
+	stream->commands.block = block;
+	return 0;
 }
 
 static bool xy3_command_busy(struct xy3_stream *stream)
 {
 	guard(spinlock_irqsave)(&stream->lock);
-	return stream->command_busy;
+	return stream->commands.sending;
 }
 
 /**
@@ -46,7 +83,7 @@ static bool xy3_command_busy(struct xy3_stream *stream)
 void xy3_commands_hold(struct xy3_stream *stream)
 {
 	scoped_guard(spinlock_irqsave, &stream->lock)
-		stream->command_held = true;
+		stream->commands.held = true;
 	wait_event(stream->done, !xy3_command_busy(stream));
 }
 
@@ -57,9 +94,11 @@ void xy3_commands_hold(struct xy3_stream *stream)
 void xy3_commands_release(struct xy3_stream *stream)
 {
 	guard(spinlock_irqsave)(&stream->lock);
-	stream->command_held = false;
+	stream->commands.held = false;
 	xy3_pump(stream, false);
 }
+
+/* ---- for the stream ---- */
 
 /**
  * xy3_next_command() - take the next command that waits
@@ -69,79 +108,92 @@ void xy3_commands_release(struct xy3_stream *stream)
  */
 struct xy3_block *xy3_next_command(struct xy3_stream *stream)
 {
-	struct xy3_block *block = stream->command_block;
-	u32 command;
+	struct xy3_commands *commands = &stream->commands;
+	struct xy3_block *block = commands->block;
+	struct xy3_command *command;
 
 	lockdep_assert_held(&stream->lock);
-	if (stream->command_busy || stream->command_held ||
-	    !kfifo_get(&stream->commands, &command))
+	if (commands->sending || commands->held)
 		return NULL;
+	command = list_first_entry_or_null(&commands->waiting, struct xy3_command, node);
+	if (!command)
+		return NULL;
+	list_del(&command->node);
+	commands->count--;
 	xy3_forward_has_room(stream->forward);
-	stream->command_busy = true;
-	stream->command_number = stream->commands_taken - kfifo_len(&stream->commands);
+	commands->sending = command;
 	if (stream->word_is_scan)
-		*(u32 *)block->data = xy3_command_word(&stream->map, command);
+		*(u32 *)block->data = xy3_command_word(&stream->map, command->code);
 	else
-		xy3_encode_command_scan(&stream->map, command, block->data);
+		xy3_encode_command_scan(&stream->map, command->code, block->data);
 	return block;
 }
 
-/* Numbers of commands go round */
-static bool xy3_number_reached(u32 number, u32 reached)
-{
-	return (s32)(reached - number) >= 0;
-}
-
 /**
- * xy3_command_sent() - the command that was on its way has been sent
+ * xy3_command_done() - the command that was on its way has been sent, or not
  * @stream: the stream
+ * @err: 0, or why not
  */
-void xy3_command_sent(struct xy3_stream *stream)
+void xy3_command_done(struct xy3_stream *stream, int err)
 {
+	struct xy3_command *command = stream->commands.sending;
+
 	lockdep_assert_held(&stream->lock);
-	stream->stat[XY3_COMMANDS]++;
-	if (xy3_number_reached(stream->commands_done, stream->command_number))
-		stream->commands_done = stream->command_number;
+	stream->commands.sending = NULL;
+	stream->stat[XY3_COMMANDS] += !err;
+	xy3_command_end(command, err);
 }
 
 /**
- * xy3_commands_fail() - no command that was taken is sent any more
+ * xy3_commands_fail() - those that wait are not sent any more
  * @stream: the stream
  * @err: why
  */
 void xy3_commands_fail(struct xy3_stream *stream, int err)
 {
+	struct xy3_command *command, *next;
+
 	lockdep_assert_held(&stream->lock);
-	kfifo_reset(&stream->commands);
-	xy3_forward_has_room(stream->forward);
-	if (stream->commands_done != stream->commands_taken) {
-		stream->command_error = err;
-		stream->commands_failed_from = stream->commands_done + 1;
-		stream->commands_failed = stream->commands_taken;
-		stream->commands_done = stream->commands_taken;
+	list_for_each_entry_safe(command, next, &stream->commands.waiting, node) {
+		list_del(&command->node);
+		xy3_command_end(command, err);
 	}
+	stream->commands.count = 0;
+	xy3_forward_has_room(stream->forward);
 }
+
+/* ---- for the head ---- */
 
 /**
  * xy3_stream_command() - send a command as soon as possible, between two blocks
  * @stream: the stream
- * @command: its 20 bits
+ * @code: its 20 bits
  *
  * In any context.
  *
- * Return: 0; -EAGAIN when there is no room for it; or the controller's error, and then it and
- * those that were not sent yet never are.
+ * Return: 0; -EAGAIN when there is no room for it; -ENOMEM; or the controller's error, and then it
+ * and those that were not sent yet never are.
  */
-int xy3_stream_command(struct xy3_stream *stream, u32 command)
+int xy3_stream_command(struct xy3_stream *stream, u32 code)
 {
+	struct xy3_commands *commands = &stream->commands;
+	struct xy3_command *command;
+
 	guard(spinlock_irqsave)(&stream->lock);
 	if (!stream->running)
 		stream->error = 0;
 	if (stream->error)
 		return stream->error;
-	if (!kfifo_put(&stream->commands, command))
+	if (commands->count == XY3_COMMANDS_QUEUED)
 		return -EAGAIN;
-	stream->commands_taken++;
+	command = xy3_command_new(code);
+	if (!command)
+		return -ENOMEM;
+	list_add_tail(&command->node, &commands->waiting);
+	commands->count++;
+	kref_get(&command->ref);
+	xy3_command_put(commands->last);
+	commands->last = command;
 	xy3_pump(stream, false);
 	return stream->error;
 }
@@ -157,13 +209,7 @@ int xy3_stream_command(struct xy3_stream *stream, u32 command)
 unsigned int xy3_stream_command_room(struct xy3_stream *stream)
 {
 	guard(spinlock_irqsave)(&stream->lock);
-	return kfifo_avail(&stream->commands);
-}
-
-static bool xy3_command_done(struct xy3_stream *stream, u32 number)
-{
-	guard(spinlock_irqsave)(&stream->lock);
-	return xy3_number_reached(number, stream->commands_done);
+	return XY3_COMMANDS_QUEUED - stream->commands.count;
 }
 
 /**
@@ -174,16 +220,40 @@ static bool xy3_command_done(struct xy3_stream *stream, u32 number)
  */
 int xy3_stream_drain(struct xy3_stream *stream)
 {
-	u32 number;
+	struct xy3_command *last;
+	int err;
 
-	scoped_guard(spinlock_irqsave, &stream->lock)
-		number = stream->commands_taken;
-	wait_event(stream->done, xy3_command_done(stream, number));
+	scoped_guard(spinlock_irqsave, &stream->lock) {
+		last = stream->commands.last;
+		if (last)
+			kref_get(&last->ref);
+	}
+	if (!last)
+		return 0;
+	wait_for_completion(&last->done);
+	err = last->err;
+	xy3_command_put(last);
+	return err;
+}
 
-	guard(spinlock_irqsave)(&stream->lock);
-	if (stream->command_error &&
-	    xy3_number_reached(stream->commands_failed_from, number) &&
-	    xy3_number_reached(number, stream->commands_failed))
-		return stream->command_error;
-	return 0;
+/**
+ * xy3_commands_init() - prepare for commands
+ * @stream: the stream
+ *
+ * Return: 0, -ENOMEM or the controller's error.
+ */
+int xy3_commands_init(struct xy3_stream *stream)
+{
+	INIT_LIST_HEAD(&stream->commands.waiting);
+	return xy3_commands_new_block(stream);
+}
+
+/**
+ * xy3_commands_exit() - undo that
+ * @stream: the stream; all commands have been sent
+ */
+void xy3_commands_exit(struct xy3_stream *stream)
+{
+	xy3_command_put(stream->commands.last);
+	xy3_block_free(stream->commands.block);
 }

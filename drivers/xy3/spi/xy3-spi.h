@@ -11,9 +11,10 @@
 #ifndef XY3_SPI_H
 #define XY3_SPI_H
 
+#include <linux/completion.h>
 #include <linux/iio/buffer_impl.h>
 #include <linux/iio/iio.h>
-#include <linux/kfifo.h>
+#include <linux/kref.h>
 #include <linux/list.h>
 #include <linux/mutex.h>
 #include <linux/spi/spi.h>
@@ -76,6 +77,40 @@ struct xy3_block {
 };
 
 /**
+ * struct xy3_command - a command
+ * @node: among those that wait
+ * @ref: the stream has one until it is sent, one as long as it is the last, and so has each waiter
+ * @code: its 20 bits
+ * @err: 0, or why it was not sent
+ * @done: it was sent, or is not going to be
+ */
+struct xy3_command {
+	struct list_head node;
+	struct kref ref;
+	u32 code;
+	int err;
+	struct completion done;
+};
+
+/**
+ * struct xy3_commands - commands on their way; protected by the stream's lock
+ * @block: carries one
+ * @held: @block is being changed, and none is to be sent
+ * @waiting: those that wait
+ * @count: how many
+ * @sending: the one on its way, or NULL
+ * @last: the one that was taken last, or NULL
+ */
+struct xy3_commands {
+	struct xy3_block *block;
+	bool held;
+	struct list_head waiting;
+	unsigned int count;
+	struct xy3_command *sending;
+	struct xy3_command *last;
+};
+
+/**
  * enum xy3_stream_stat - what a stream counts
  * @XY3_SCANS: scans that the controller has sent, repeated ones and commands among them
  * @XY3_REPEATED: scans that repeated the last position
@@ -120,21 +155,12 @@ enum xy3_stream_stat {
  * @full: blocks to be sent, in this order
  * @filling: the block that the writer has begun, while it is not at it
  * @spare: blocks that repeat the last position
- * @command_block: carries one command; in no list
- * @command_busy: it is on its way
- * @command_held: it is being changed, and not to be sent
+ * @commands: commands, and the block that carries one
  * @closing: carries the last position with the gate low, when nothing else is sent; in no list
  * @closed: it was sent for the error there is
  * @queued: blocks that the controller has
  * @last: the last scan that was given to the controller, with the gate low
  * @position: by column, the code that was sent last, whatever was not sent behind it; 0 for a gate
- * @command_number: of the command that it carries
- * @commands: what @command_block is to carry next
- * @commands_taken: number of the last command that was taken; they are numbered one by one
- * @commands_done: number of the last one that was sent, or is not going to be
- * @commands_failed: number of the last one that was not
- * @commands_failed_from: and of the first one that failed with it
- * @command_error: why
  * @stat: counters, by enum xy3_stream_stat
  * @measured_from: when the measuring of the rate began, in ns
  * @measured_scans: scans sent since then
@@ -166,21 +192,12 @@ struct xy3_stream {
 	struct list_head full;
 	struct xy3_block *filling;
 	struct list_head spare;
-	struct xy3_block *command_block;
-	bool command_busy;
-	bool command_held;
+	struct xy3_commands commands;
 	struct xy3_block *closing;
 	bool closed;
 	unsigned int queued;
 	u8 last[XY3_SCAN_SIZE_MAX];
 	u32 position[XY3_COLUMNS_MAX];
-	u32 command_number;
-	DECLARE_KFIFO(commands, u32, XY3_COMMANDS_QUEUED);
-	u32 commands_taken;
-	u32 commands_done;
-	u32 commands_failed;
-	u32 commands_failed_from;
-	int command_error;
 	u64 stat[XY3_STREAM_STATS];
 	u64 measured_from;
 	u64 measured_scans;
@@ -231,11 +248,13 @@ int xy3_stream_set_rate(struct xy3_stream *stream, unsigned int rate);
 void xy3_pump(struct xy3_stream *stream, bool late);
 
 /* xy3-command.c */
-struct xy3_block *xy3_command_block_new(struct xy3_stream *stream);
+int xy3_commands_init(struct xy3_stream *stream);
+void xy3_commands_exit(struct xy3_stream *stream);
+int xy3_commands_new_block(struct xy3_stream *stream);
 void xy3_commands_hold(struct xy3_stream *stream);
 void xy3_commands_release(struct xy3_stream *stream);
 struct xy3_block *xy3_next_command(struct xy3_stream *stream);
-void xy3_command_sent(struct xy3_stream *stream);
+void xy3_command_done(struct xy3_stream *stream, int err);
 void xy3_commands_fail(struct xy3_stream *stream, int err);
 int xy3_stream_command(struct xy3_stream *stream, u32 command);
 unsigned int xy3_stream_command_room(struct xy3_stream *stream);

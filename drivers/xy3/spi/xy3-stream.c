@@ -88,12 +88,12 @@ static void xy3_put_empty(struct xy3_block *block)
 	block->stream->empties++;
 }
 
-static void xy3_block_recycle(struct xy3_block *block)
+static void xy3_block_recycle(struct xy3_block *block, int err)
 {
 	struct xy3_stream *stream = block->stream;
 
-	if (block == stream->command_block)
-		stream->command_busy = false;
+	if (block == stream->commands.block)
+		xy3_command_done(stream, err);
 	else if (block == stream->closing)
 		return;
 	else if (block->repeats)
@@ -170,7 +170,7 @@ void xy3_pump(struct xy3_stream *stream, bool late)
 		if (err) {
 			stream->stat[XY3_ERRORS]++;
 			xy3_stream_fail(stream, err);
-			xy3_block_recycle(block);
+			xy3_block_recycle(block, err);
 			xy3_close_after_error(stream);
 			return;
 		}
@@ -194,14 +194,12 @@ static void xy3_block_done(void *context)
 		} else {
 			stream->stat[XY3_SCANS] += block->scans;
 			stream->stat[XY3_REPEATED] += block->repeats ? block->scans : 0;
-			if (block == stream->command_block)
-				xy3_command_sent(stream);
-			else if (!block->repeats)
+			if (block != stream->commands.block && !block->repeats)
 				memcpy(stream->position, block->position,
 				       sizeof(stream->position));
 			xy3_measure(stream, block->scans);
 		}
-		xy3_block_recycle(block);
+		xy3_block_recycle(block, err);
 		xy3_pump(stream, true);
 		xy3_close_after_error(stream);
 		/* under the lock, as the stream may be gone behind it */
@@ -228,7 +226,7 @@ unsigned int xy3_stream_rate_max(const struct xy3_stream *stream)
 static bool xy3_stream_silent(struct xy3_stream *stream)
 {
 	guard(spinlock_irqsave)(&stream->lock);
-	return stream->queued == stream->command_busy && list_empty(&stream->full) &&
+	return stream->queued == !!stream->commands.sending && list_empty(&stream->full) &&
 	       !stream->filling;
 }
 
@@ -236,7 +234,7 @@ static bool xy3_stream_silent(struct xy3_stream *stream)
 static bool xy3_stream_idle(struct xy3_stream *stream)
 {
 	guard(spinlock_irqsave)(&stream->lock);
-	return !stream->queued && kfifo_is_empty(&stream->commands);
+	return !stream->queued && list_empty(&stream->commands.waiting);
 }
 
 /**
@@ -588,21 +586,18 @@ static int xy3_stream_change(struct xy3_stream *stream, const struct xy3_line_ma
 {
 	struct xy3_line_map map_was = stream->map;
 	unsigned int rate_was = stream->rate;
-	struct xy3_block *block;
+	int err;
 
 	xy3_commands_hold(stream);
 	stream->map = *map;
 	stream->rate = min(rate, xy3_stream_rate_max(stream));
-	block = xy3_command_block_new(stream);
-	if (IS_ERR(block)) {
+	err = xy3_commands_new_block(stream);
+	if (err) {
 		stream->map = map_was;
 		stream->rate = rate_was;
-	} else {
-		xy3_block_free(stream->command_block);
-		stream->command_block = block;
 	}
 	xy3_commands_release(stream);
-	return PTR_ERR_OR_ZERO(block);
+	return err;
 }
 
 /**
@@ -656,18 +651,17 @@ int xy3_stream_init(struct xy3_stream *stream)
 	INIT_LIST_HEAD(&stream->empty);
 	INIT_LIST_HEAD(&stream->full);
 	INIT_LIST_HEAD(&stream->spare);
-	INIT_KFIFO(stream->commands);
 	stream->write_max = 1;
 
-	stream->command_block = xy3_command_block_new(stream);
-	if (IS_ERR(stream->command_block))
-		return PTR_ERR(stream->command_block);
+	err = xy3_commands_init(stream);
+	if (err)
+		return err;
 	stream->closing = xy3_block_new(stream, 1);
 	err = stream->closing ? xy3_blocks_new(stream, &stream->spare, XY3_BLOCKS_QUEUED, repeats) :
 				-ENOMEM;
 	if (err) {
 		xy3_block_free(stream->closing);
-		xy3_block_free(stream->command_block);
+		xy3_commands_exit(stream);
 		return err;
 	}
 	stream->closing->scans = 1;
@@ -688,5 +682,5 @@ void xy3_stream_exit(struct xy3_stream *stream)
 	xy3_stream_no_blocks(stream);
 	xy3_blocks_free(&stream->spare);
 	xy3_block_free(stream->closing);
-	xy3_block_free(stream->command_block);
+	xy3_commands_exit(stream);
 }

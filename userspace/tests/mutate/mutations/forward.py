@@ -52,20 +52,21 @@ MUTATIONS = (
              '\t\tif (stream->filling && stream->filling->scans > 1)\n'
              '\t\t\tstream->filling->scans--;\n', SIM),
     Mutation('repeated block', 'spi/xy3-stream.c',
-             '\t\txy3_block_recycle(block);\n\t\txy3_pump(stream, true);',
+             '\t\txy3_block_recycle(block, err);\n\t\txy3_pump(stream, true);',
              '\t\tif (block->scans == XY3_BLOCK_SCANS && stream->stat[XY3_SCANS] % 7 == 0)\n'
              '\t\t\tlist_add(&block->node, &stream->full);\n'
              '\t\telse\n'
-             '\t\t\txy3_block_recycle(block);\n\t\txy3_pump(stream, true);', SIM),
+             '\t\t\txy3_block_recycle(block, err);\n\t\txy3_pump(stream, true);', SIM),
     Mutation('command inside a block', 'spi/xy3-command.c',
-             '\tstream->command_busy = true;\n',
+             '\tcommands->sending = command;\n',
              '\tif (!list_empty(&stream->full) && !stream->word_is_scan) {\n'
              '\t\tblock = list_first_entry(&stream->full, struct xy3_block, node);\n'
-             '\t\txy3_encode_command_scan(&stream->map, command,\n'
+             '\t\txy3_encode_command_scan(&stream->map, command->code,\n'
              '\t\t\t\t\tblock->data + xy3_stream_scan_size(stream));\n'
+             '\t\txy3_command_end(command, 0);\n'
              '\t\treturn NULL;\n'
              '\t}\n'
-             '\tstream->command_busy = true;\n', SIM),
+             '\tcommands->sending = command;\n', SIM),
     Mutation('underrun not counted', 'spi/xy3-counter.c',
              'stream->stat[XY3_UNDERRUNS]++;',
              ';', SIM),
