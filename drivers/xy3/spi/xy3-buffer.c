@@ -144,11 +144,6 @@ static int xy3_buffer_request_update(struct iio_buffer *buffer)
 	return xy3_stream_blocks(&iio->stream, buffer->length);
 }
 
-/* The buffer is a part of the IIO device, and goes with it */
-static void xy3_buffer_release(struct iio_buffer *buffer)
-{
-}
-
 static const struct iio_buffer_access_funcs xy3_buffer_access = {
 	.write = xy3_buffer_write,
 	.space_available = xy3_buffer_space,
@@ -156,35 +151,24 @@ static const struct iio_buffer_access_funcs xy3_buffer_access = {
 	.set_bytes_per_datum = xy3_buffer_set_bytes_per_datum,
 	.set_length = xy3_buffer_set_length,
 	.request_update = xy3_buffer_request_update,
-	.release = xy3_buffer_release,
 	.modes = INDIO_BUFFER_SOFTWARE,
 };
 
 /**
- * xy3_buffer_orphan() - the IIO device has gone, but a program may still have its buffer open
- * @iio: the IIO device
- *
- * A file of the buffer keeps neither the IIO device registered nor this module loaded. All that
- * will be called when it is closed at last is release(), which must not be in the module then;
- * one of the IIO core's that does no harm to a buffer without users stands in for it.
- */
-void xy3_buffer_orphan(struct xy3_iio *iio)
-{
-	iio->access = *iio->buffer.access;
-	iio->access.release = iio_buffer_init;
-	iio->buffer.access = &iio->access;
-}
-
-/**
  * xy3_buffer_init() - prepare the buffer of an IIO device
  * @iio: the IIO device
+ *
+ * The buffer is a part of the IIO device and goes with it: its first reference is never put, and it
+ * has no release(). A file of the buffer may be closed when this module has gone. The IIO core looks
+ * at the functions until then, so these are a part of the IIO device, too.
  */
 void xy3_buffer_init(struct xy3_iio *iio)
 {
 	struct iio_buffer *buffer = &iio->buffer;
 
 	iio_buffer_init(buffer);
-	buffer->access = &xy3_buffer_access;
+	iio->access = xy3_buffer_access;
+	buffer->access = &iio->access;
 	buffer->direction = IIO_BUFFER_DIRECTION_OUT;
 	buffer->length = XY3_BLOCKS_MIN * XY3_BLOCK_SCANS;
 }

@@ -352,9 +352,7 @@ void xy3_iio_unregister(struct iio_dev *indio_dev)
 
 	xy3_stream_leave(&iio->stream);
 	iio_device_unregister(indio_dev);
-	scoped_guard(mutex, &iio->lock) {
+	scoped_guard(mutex, &iio->lock)
 		xy3_stream_exit(&iio->stream);
-		xy3_buffer_orphan(iio);
-	}
 	iio_device_free(indio_dev);
 }

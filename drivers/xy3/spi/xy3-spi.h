@@ -272,7 +272,7 @@ unsigned int xy3_stream_achieved(struct xy3_stream *stream);
  * struct xy3_iio - the IIO device: what user space sees of a stream
  * @dev: the IIO device
  * @buffer: what is written to it goes into blocks
- * @access: what @buffer can do once the module may go
+ * @access: what @buffer can do; its files may outlive the module
  * @stream: the stream
  * @lock: held while something is written to @buffer, and by who changes settings
  * @channels: one for each axis of the line map, and one for its gate
@@ -292,7 +292,6 @@ struct xy3_iio {
 
 /* xy3-buffer.c */
 void xy3_buffer_init(struct xy3_iio *iio);
-void xy3_buffer_orphan(struct xy3_iio *iio);
 
 /* xy3-controller.c */
 int xy3_controller_setup(struct spi_device *spi, unsigned int *lines);

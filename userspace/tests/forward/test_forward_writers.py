@@ -22,6 +22,7 @@ from kernel import read_file, wait, write_file
 # the wire takes its time: 100 k scans in a second
 SLOW = 'realtime=1 max_speed_hz=2600000'
 IIO_BUFFER_GET_FD = 0xc0046991
+IIO_BUFFER_DMABUF_ATTACH = 0x40046992
 
 
 def scans(first, count, axes=3):
@@ -188,7 +189,6 @@ class TestCutOff(Case):
         number = bytearray(4)
         fcntl.ioctl(device.fd, IIO_BUFFER_GET_FD, number)
         fd = struct.unpack('i', number)[0]
-        self.add_cleanup(os.close, fd)
         device.close()
         assert forward.start() is None
         assert os.write(fd, scans(1, 10)) == 120
@@ -196,6 +196,9 @@ class TestCutOff(Case):
         try:
             assert error_name(os.write, fd, bytes(12)) == 'ENODEV'
             assert polled(fd, select.POLLOUT, 0) == 0
+            dmabuf = struct.pack('i', -1)
+            assert error_name(fcntl.ioctl, fd, IIO_BUFFER_DMABUF_ATTACH, dmabuf) == 'EPERM'
+            os.close(fd)
         finally:
             forward_rig.load_driver()
         forward.find()
