@@ -12,6 +12,7 @@
 #include <linux/platform_device.h>
 #include <linux/slab.h>
 #include <linux/string.h>
+#include <linux/time64.h>
 
 #include "sim.h"
 
@@ -89,6 +90,10 @@ MODULE_PARM_DESC(modalias, "Name of the SPI device: xy3-100, spidev, or another 
 static bool realtime;
 module_param(realtime, bool, 0444);
 MODULE_PARM_DESC(realtime, "Transfers take as long as on a wire (default: no)");
+
+static unsigned int turnaround_us = 20;
+module_param(turnaround_us, uint, 0444);
+MODULE_PARM_DESC(turnaround_us, "Time between two messages that follow one another (default: 20)");
 
 static unsigned int uart_max = 4000000;
 module_param(uart_max, uint, 0444);
@@ -337,7 +342,7 @@ static int __init sim_read_parameters(void)
 		return err;
 	sim_config.modes = err;
 	if ((word_bits != 16 && word_bits != 32) || driven_lines > lines ||
-	    lanes > XY3_SIM_LINES_MAX)
+	    lanes > XY3_SIM_LINES_MAX || turnaround_us > USEC_PER_SEC)
 		return -EINVAL;
 
 	sim_config.lines = lines;
@@ -351,6 +356,7 @@ static int __init sim_read_parameters(void)
 	sim_config.flash_only = flash_only;
 	sim_config.lsb_first = lsb_first;
 	sim_config.lanes = lanes;
+	sim_config.turnaround_us = turnaround_us;
 	sim_config.uart_max = uart_max;
 	/* spidev takes no device by its own name; this is one of its table in all kernels */
 	sim_config.modalias = strcmp(modalias, "spidev") ? modalias : "dh2228fv";

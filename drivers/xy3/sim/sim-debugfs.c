@@ -155,10 +155,12 @@ static void sim_bus_show(struct seq_file *seq, struct xy3_sim *sim, unsigned int
 
 	seq_printf(seq, "messages %llu\nfailed_messages %llu\ntransfers %llu\nclocks %llu\n"
 		   "busy_ns %llu\ndelay_ns %llu\nstalled_ns %llu\ngaps %llu\ngap_ns %llu\n"
-		   "longest_gap_ns %llu\nprepared %d\n",
+		   "longest_gap_ns %llu\nturnaround_ns %llu\nlongest_silence_ns %llu\n"
+		   "prepared %d\n",
 		   bus->messages, bus->failed_messages, bus->transfers, bus->clocks,
 		   bus->busy_ns, bus->delay_ns, bus->stalled_ns, bus->gaps, bus->gap_ns,
-		   bus->longest_gap_ns, atomic_read(&sim->prepared));
+		   bus->longest_gap_ns, bus->turnaround_ns, bus->longest_silence_ns,
+		   atomic_read(&sim->prepared));
 }
 
 static void sim_realtime_show(struct seq_file *seq, struct xy3_sim *sim, unsigned int index)

@@ -3,9 +3,9 @@
  * Virtual XY3-100 compatible scanhead: the SPI controller, and time on its wires
  *
  * It takes a message at a time, as fast as it can or as slowly as the wire does. In both cases it
- * knows how long the wire is busy with it. A controller of this kind goes from one message to the
- * next without a pause when it has one; there is a gap when it had none as the last one ended, and
- * the next one came after that.
+ * knows how long the wire is busy with it. To go from one message to the next takes it a time of
+ * its own, the turnaround. There is a gap beyond that when it had no message as the last one ended,
+ * and the next one came later.
  */
 
 #include <linux/atomic.h>
@@ -42,23 +42,26 @@ static u64 sim_clocks_ns(u64 clocks, u32 speed)
 }
 
 /* A message begins: has the wire been without one? */
-static void sim_bus_begin(struct xy3_sim_bus *bus)
+static void sim_bus_begin(struct xy3_sim_bus *bus, u64 turnaround)
 {
 	u64 now = ktime_get_ns();
-	u64 gap;
+	u64 gap = 0;
 
 	if (!bus->started) {
 		bus->started = true;
 		bus->until = now;
 		return;
 	}
-	if (!bus->dry || now <= bus->until)
-		return;
-	gap = now - bus->until;
-	bus->gaps++;
-	bus->gap_ns += gap;
-	bus->longest_gap_ns = max(bus->longest_gap_ns, gap);
-	bus->until = now;
+	bus->until += turnaround;
+	bus->turnaround_ns += turnaround;
+	if (bus->dry && now > bus->until) {
+		gap = now - bus->until;
+		bus->gaps++;
+		bus->gap_ns += gap;
+		bus->longest_gap_ns = max(bus->longest_gap_ns, gap);
+		bus->until = now;
+	}
+	bus->longest_silence_ns = max(bus->longest_silence_ns, turnaround + gap);
 }
 
 /* The time that is said in a transfer, where the SPI core has one of its own for nothing */
@@ -252,7 +255,7 @@ static int sim_message(struct spi_controller *controller, struct spi_message *me
 	bool dry;
 
 	scoped_guard(mutex, &sim->lock) {
-		sim_bus_begin(&sim->bus);
+		sim_bus_begin(&sim->bus, sim->config->turnaround_us * NSEC_PER_USEC);
 		stall = sim_stall(sim);
 		message->status = sim_transfers(sim, message);
 		if (message->status) {

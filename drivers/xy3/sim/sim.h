@@ -68,6 +68,7 @@ enum xy3_sim_modes {
  * @flash_only: no plain transfers, spi-mem only (spi-zynqmp-gqspi)
  * @lsb_first: firmware says that the lowest bit goes first
  * @lanes: lanes of one line that firmware describes, 0 for a bus width
+ * @turnaround_us: time between two messages that follow one another
  * @uart_max: highest speed of the UART in bit/s
  * @modalias: of the SPI device
  * @realtime: transfers take the time that they take on a wire
@@ -88,6 +89,7 @@ struct xy3_sim_config {
 	bool flash_only;
 	bool lsb_first;
 	unsigned int lanes;
+	unsigned int turnaround_us;
 	unsigned int uart_max;
 	const char *modalias;
 	bool realtime;
@@ -228,6 +230,8 @@ struct xy3_sim_record {
  * @gaps: how often the bus had nothing to send
  * @gap_ns: how long in all
  * @longest_gap_ns: the longest of them
+ * @turnaround_ns: time between messages that the controller needs for itself
+ * @longest_silence_ns: the longest time between two messages, whatever for
  */
 struct xy3_sim_bus {
 	bool started;
@@ -243,6 +247,8 @@ struct xy3_sim_bus {
 	u64 gaps;
 	u64 gap_ns;
 	u64 longest_gap_ns;
+	u64 turnaround_ns;
+	u64 longest_silence_ns;
 };
 
 /**

@@ -81,6 +81,29 @@ class TestControllers(Case):
         assert forward.sim_number('bus', 'prepared') == 0
         assert 'sleeping function' not in log()
 
+    @pytest.mark.parametrize('us', (None, 0, 200))
+    def test_turnaround(self, us):
+        """Every controller takes time between two messages, for which the lines stand still. The
+        rate that is achieved is lower by that.
+        """
+        forward = self.forward(4, 'line',
+                               more='realtime=1' + (' turnaround_us=%d' % us if us is not None
+                                                    else ''))
+        us = 20 if us is None else us
+        forward.set_sim('reset', 'counts')
+        stream = forward.stream()
+        scans = bytes(12 * 2048)
+        for _ in range(60):
+            stream.write(scans)
+        achieved = forward.number('achieved_frequency')
+        stream.finish()
+        bus = {name: int(value) for name, value in
+               (line.split() for line in forward.sim('bus').splitlines())}
+        assert bus['turnaround_ns'] == us * 1000 * (bus['messages'] - 1)
+        assert bus['longest_silence_ns'] >= us * 1000
+        most = 100000 * 2560 / (2560 + us)
+        assert most * 0.98 < achieved < most * 1.01
+
     def test_flash_only(self):
         """zynqmp-gqspi has no plain transfers."""
         self.refused('the controller has flash operations only', 'flash_only=1')
