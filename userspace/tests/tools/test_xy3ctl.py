@@ -358,7 +358,7 @@ class TestGate(Case):
         """-> X of the scans with the gate high, of ten of which the fourth and fifth ask for it"""
         with open('/run/scans', 'w', encoding='ascii') as file:
             for i in range(10):
-                file.write('%d 5%s\n' % (i, ' 1' if i in (3, 4) else ' 0' * (i % 2)))
+                file.write('%d 5 %d\n' % (i, i in (3, 4)))
         forward.record(1000)
         status, _, errors = xy3ctl.run('stream', '--codes', '-r', '50000', *options, '/run/scans')
         assert (status, errors) == (OK, '')
@@ -531,7 +531,7 @@ class TestStreaming(Case):
         for words, text, says in (((), '0 0\n1 left\n', "line 2: 'left' is not a number"),
                                   ((), '0 1.5\n', "line 1: '1.5' is not from -1 to 1"),
                                   (('--codes',), '5 1048576\n', 'is not a code'),
-                                  (('--raw',), 'abcdabc', 'in the middle of scan 1')):
+                                  (('--raw',), '\0\0\0\0abc', 'in the middle of scan 1')):
             status, _, errors = xy3ctl.run('stream', *words, '-', text=text)
             assert status == FAILURE, (words, text)
             assert says in errors

@@ -62,8 +62,6 @@ static error_t parse_forward(int key, char *argument, struct argp_state *state)
 		return 0;
 	case KEY_LINES:
 		settings->lines = option_whole("--lines", argument, 1, 8, state);
-		if (settings->lines & (settings->lines - 1))
-			argp_error(state, "--lines: must be 1, 2, 4 or 8");
 		return 0;
 	case KEY_BITS:
 		settings->frame_bits = option_whole("--bits", argument, 24, 32, state);
