@@ -21,7 +21,8 @@ SCRIPT = 'mount --bind "$0" /sys && mount --bind "$1" /dev && shift && exec "$@"
 class PlantedTool(Tool):
     def __init__(self, folder):
         super().__init__('xy3ctl')
-        self.words = ['unshare', '--user', '--map-root-user', '--mount', 'sh', '-c', SCRIPT,
+        self.path = 'unshare'
+        self.words = ['--user', '--map-root-user', '--mount', 'sh', '-c', SCRIPT,
                       folder + '/sys', folder + '/dev',
                       os.path.join(build_sanitized(), 'xy3ctl')]
         self.environment = {
@@ -31,13 +32,13 @@ class PlantedTool(Tool):
     def run(self, *words, text='', timeout=60):
         stdin = {'stdin': text} if hasattr(text, 'read') else {
             'input': text.encode() if isinstance(text, str) else text}
-        done = subprocess.run([*self.words, *words], stdout=subprocess.PIPE,
+        done = subprocess.run([self.path, *self.words, *words], stdout=subprocess.PIPE,
                               stderr=subprocess.PIPE, timeout=timeout, check=False,
                               env=self.environment, **stdin)
         return done.returncode, done.stdout.decode(), done.stderr.decode()
 
     def start(self, *words, **options):
-        return Running(self, words, env=self.environment, **options)
+        return Running(self, (*self.words, *words), env=self.environment, **options)
 
 
 class PlantedHead:
@@ -62,6 +63,7 @@ class PlantedHead:
             self.write('%s/%s' % (self.head, name), text)
         for name, text in (('frame_bits', '24'), ('sampling_frequency', '100000'),
                            ('achieved_frequency', '0'), ('underruns', '0'), ('abort', ''),
+                           ('scans', '0'), ('repeated', '0'), ('commands', '0'),
                            ('buffer/length', '0'), ('buffer/enable', '0')):
             self.write('%s/%s' % (self.iio, name), text)
         channels = [('out_angl%d' % i, axis) for i, axis in enumerate(self.axes)]

@@ -539,7 +539,7 @@ class TestStreaming(Case):
         self.assert_status(FAILURE, 'stream', '/no/such/file', says='No such file')
 
     def test_rate_and_interruption(self):
-        """It stops when it is told to; what was taken is sent, and the buffer is off."""
+        """It stops when it is told to: the buffer is off, and the count is that of scans sent."""
         forward = self.head(2, 'cs', attach=False, more='realtime=1')
         stream = self.started('stream', 'circle', '--repeat', '0', '-r', '20000', '-j')
         assert wait(lambda: forward.number('scans') > 30000, LIMIT)
@@ -551,6 +551,23 @@ class TestStreaming(Case):
         assert forward.number('scans') - forward.number('repeated') == document['scans']
         assert document['achieved'] > 0
         self.assert_status(FAILURE, 'stream', 'circle', '-r', '99999999', says='out of range')
+
+    def test_interrupted_with_a_full_buffer(self):
+        """4 s of scans are in the driver: they are dropped, and the gate is low at once."""
+        forward = self.head(4, 'line', attach=False, more='realtime=1')
+        forward.set_sim('signals', 'sync x y gate')
+        write_file(forward.spi + 'line_map', 'sync x y gate')
+        forward.find()
+        stream = self.started('stream', 'circle', '--repeat=0', '-r', '1000', '--gate', '-j')
+        assert wait(lambda: forward.number('scans') > 300, LIMIT)
+        before = forward.number('scans')
+        status, output, errors = stream.interrupt()
+        assert (status, errors) == (INTERRUPTED, '')
+        document, = xy3ctl.documents(output)
+        assert forward.number('scans') - forward.number('repeated') == document['scans']
+        assert forward.number('scans') - before < 2000
+        assert forward.get('buffer/enable') == '0'
+        assert forward.sim_number('gate', 'high') == 0
 
     def test_unbound_in_the_middle(self):
         forward = self.head(2, 'cs', attach=False, more='realtime=1')

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """xy3ctl with a scanhead of a made-up /sys: what it takes for a number, and files of scans."""
 
+import os
 import re
+import signal
 
 import case
 from planted_head import MIDDLE, TOP, PlantedHead
-from tool import FAILURE, OK, USAGE
+from tool import FAILURE, INTERRUPTED, OK, USAGE
 
 
 class Case(case.Case):
@@ -43,7 +45,7 @@ class TestNumbers(Case):
                              (('stream', 'circle', '--rate=%s'), (*self.NOT_WHOLE, '0')),
                              (('stream', 'circle', '--bits=%s'), (*self.NOT_WHOLE, '25')),
                              (('stream', 'circle', '--spidev=a', '--lines=%s'),
-                              (*self.NOT_WHOLE, '0', '3')),
+                              (*self.NOT_WHOLE, '0', '3', '9')),
                              (('stream', 'circle', '--size=%s'), (*self.NONE, '1.1', '-0.1', '1e999')),
                              (('stream', 'circle', '--gate-on-delay=%s'), (*self.NONE, '1e7')),
                              (('stream', 'circle', '--gate-off-delay=%s'), (*self.NONE, '-1e7')),
@@ -204,3 +206,40 @@ class TestGate(Case):
         for number in ('2', '-1', '0.5', 'on'):
             self.run('stream', '--codes', '-', text='1 2 3 %s\n' % number)
             assert self.head.scans() == []
+
+
+class TestInterrupted(Case):
+    """A stream that is interrupted is aborted: what the driver still has is not drawn."""
+
+    def interrupt(self, number):
+        """-> how it ended, after its first scans were read out of what takes no more of them"""
+        os.unlink(self.head.node)
+        os.mkfifo(self.head.node)
+        stream = self.head.xy3ctl.start('stream', 'circle', '--repeat', '0', '--json')
+        self.add_cleanup(stream.close)
+        with open(self.head.node, 'rb') as node:
+            assert len(node.read(1200)) == 1200
+            stream.process.send_signal(number)
+            return stream.end()
+
+    def test_aborted(self):
+        for number, status in ((signal.SIGINT, INTERRUPTED), (signal.SIGTERM, OK),
+                               (signal.SIGHUP, OK)):
+            with case.row(number):
+                self.head.write(self.head.iio + '/abort', '')
+                self.head.write(self.head.iio + '/buffer/enable', '0')
+                found, output, errors = self.interrupt(number)
+                assert (found, errors) == (status, '')
+                assert self.head.read('abort') == '1'
+                assert self.head.read('buffer/enable') == '0\n'
+                document, = self.head.xy3ctl.documents(output)
+                # none, as the driver's counter of scans has not moved
+                assert document['scans'] == 0
+
+    def test_not_aborted(self):
+        """One that comes to its end, or to an error, sends what was taken."""
+        self.run('stream', 'circle')
+        assert self.head.read('abort') == '\n'
+        self.run('stream', '-', text='0 0\nx\n')
+        assert self.head.read('abort') == '\n'
+        assert len(self.head.scans()) == 1

@@ -105,6 +105,8 @@ const char *cli_colour(enum cli_colour colour);
  * since cli_catch_signals(), or 0. A read() or poll() under way returns EINTR then.
  */
 void cli_catch_signals(void);
+/* These signals end the program again, for what can only be ended by that */
+void cli_release_signals(void);
 int cli_interrupted(void);
 
 #endif /* CLI_H */

@@ -47,6 +47,13 @@ void cli_catch_signals(void)
 	sigaction(SIGHUP, &action, NULL);
 }
 
+void cli_release_signals(void)
+{
+	signal(SIGINT, SIG_DFL);
+	signal(SIGTERM, SIG_DFL);
+	signal(SIGHUP, SIG_DFL);
+}
+
 int cli_interrupted(void)
 {
 	return interrupted;

@@ -29,6 +29,7 @@ struct forward {
 	struct head head;
 	int fd;
 	long long underruns;	/* before the stream */
+	long long sent;		/* scans by then, as iio_sent() counts them */
 	/* spidev, or NULL */
 	struct xy3_spidev *spidev;
 	struct xy3_line_map *map;
@@ -164,6 +165,18 @@ static int iio_open(struct forward *forward, const struct forward_settings *sett
 	return CLI_OK;
 }
 
+/* Scans of streams that were sent since the device was made; -1: not known */
+static long long iio_sent(const struct forward *forward)
+{
+	long long scans, repeated, commands;
+
+	if (head_read_iio(&forward->head, "scans", &scans) ||
+	    head_read_iio(&forward->head, "repeated", &repeated) ||
+	    head_read_iio(&forward->head, "commands", &commands))
+		return -1;
+	return scans - repeated - commands;
+}
+
 static int iio_start(struct forward *forward)
 {
 	char name[64];
@@ -188,6 +201,7 @@ static int iio_start(struct forward *forward)
 	if (forward->fd < 0)
 		return iio_failed(forward, name, -errno);
 	head_read_iio(&forward->head, "underruns", &forward->underruns);
+	forward->sent = iio_sent(forward);
 	status = iio_set(forward, "buffer/enable", 1);
 	if (status) {
 		close(forward->fd);
@@ -382,6 +396,20 @@ int forward_stop(struct forward *forward)
 {
 	/* it returns when the last scan has been sent */
 	return forward->spidev ? CLI_OK : iio_set(forward, "buffer/enable", 0);
+}
+
+int forward_abort(struct forward *forward)
+{
+	return forward->spidev ? CLI_OK : iio_set(forward, "abort", 1);
+}
+
+unsigned long forward_sent(const struct forward *forward, unsigned long written)
+{
+	long long sent = forward->spidev ? -1 : iio_sent(forward);
+
+	if (sent < 0 || forward->sent < 0 || sent - forward->sent > (long long)written)
+		return written;
+	return sent - forward->sent;
 }
 
 long forward_rate(const struct forward *forward)

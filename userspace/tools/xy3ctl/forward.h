@@ -57,6 +57,14 @@ int forward_move(struct forward *forward, const uint32_t *codes, const bool *cho
 int forward_start(struct forward *forward);
 int forward_write(struct forward *forward, const uint32_t *codes, size_t scans, size_t *written);
 int forward_stop(struct forward *forward);
+/*
+ * To be followed by forward_stop(): drop what the controller does not have yet, so that the mirrors
+ * stop, with the gate low. With a
+ * spidev nothing is under way between writes.
+ */
+int forward_abort(struct forward *forward);
+/* Scans that were sent, of so many that were written and are not under way any more */
+unsigned long forward_sent(const struct forward *forward, unsigned long written);
 
 /* Frames per second that are wanted, and that there were when last looked at; 0: not known */
 long forward_rate(const struct forward *forward);

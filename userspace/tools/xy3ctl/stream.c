@@ -119,12 +119,10 @@ static const struct argp argp = {
 	       "is 1 or 0 for it. Empty lines and lines that begin with # are left out. A regular "
 	       "file is checked before anything is sent; of a pipe all that comes before a wrong "
 	       "line is sent. "
-	       "\n\nThe stream ends when "
-	       "the last scan has been sent, or after SIGINT when those have been sent that were "
-	       "taken; the mirrors stay where they are then. At the end it tells how many scans "
-	       "have "
-	       "been sent, and how often the program was late (underruns). Nothing of this is an "
-	       "interlock for a laser.",
+	       "\n\nThe stream ends when the last scan has been sent. When it is interrupted, it is "
+	       "aborted: what the controller does not have yet is dropped. The mirrors stay where "
+	       "they are, with the gate low. At the end the program reports how many scans have been "
+	       "sent, and how often it was late (underruns). None of this is an interlock for a laser.",
 };
 
 static double now(void)
@@ -269,6 +267,7 @@ static int stream(const struct settings *settings, struct forward *forward, stru
 	struct result result = { 0 };
 	double start;
 	int status, end;
+	bool aborted;
 
 	status = forward_start(forward);
 	if (status)
@@ -276,8 +275,17 @@ static int stream(const struct settings *settings, struct forward *forward, stru
 	cli_catch_signals();
 	start = now();
 	status = pump(forward, scans, gate, progress, &result);
-	/* also after an error: what was taken is sent, and nothing runs on */
-	end = status == CLI_NO_DEVICE ? status : forward_stop(forward);
+	/* stopped, the driver sends the rest; if we are killed meanwhile, it drops it */
+	cli_release_signals();
+	aborted = cli_interrupted();
+	end = status;
+	if (status != CLI_NO_DEVICE) {
+		/* also after an error: nothing runs on */
+		end = aborted ? forward_abort(forward) : CLI_OK;
+		end = forward_stop(forward) ?: end;
+	}
+	if (aborted)
+		result.scans = forward_sent(forward, result.scans);
 	result.seconds = now() - start;
 	progress_end(progress);
 	if (end)
