@@ -404,6 +404,7 @@ class TestMonitor(ToolCase):
         assert self.next(follower) == self.key(3, 'Rewind', True)
         pendant.unplug()
         got = [self.short(json.loads(line)) for line in follower.rest()]
+        assert got.pop()['error'].endswith(' has gone')
         assert got.pop() == {'event': 'gone'}
         for event in (self.key(2, 'Start/Pause', False), self.key(3, 'Rewind', False),
                       {'event': 'selector', 'position': 'off', 'value': 0}):
@@ -417,8 +418,9 @@ class TestMonitor(ToolCase):
         for arguments in ([], ['--display'], ['--timeout', '60']):
             follower, _ = self.start(*arguments)
             pendant.unplug()
-            assert self.short(json.loads(follower.rest()[-1])) == \
-                             {'event': 'gone'}
+            gone, error = [self.short(json.loads(line)) for line in follower.rest()[-2:]]
+            assert gone == {'event': 'gone'}
+            assert error['error'].endswith(' has gone')
             assert follower.end()[0] == NO_DEVICE
             pendant.plug()
 

@@ -99,7 +99,10 @@ class TestWords(Case):
                       ('attach', '/dev/no-such-tty'),
                       ('goto', '1', '--spidev', '/dev/spidev99.9')):
             self.assert_status(NO_DEVICE, *words)
-        assert xy3ctl.json('list', status=NO_DEVICE)['heads'] == []
+        listed = xy3ctl.json('list', status=NO_DEVICE)
+        assert listed['heads'] == []
+        assert listed['error'].startswith('no scanhead')
+        assert xy3ctl.json('stream', 'circle', status=NO_DEVICE)['error'].startswith('no scanhead')
         self.assert_status(FAILURE, 'attach', '/dev/null', says='not a serial port')
 
 
@@ -138,7 +141,7 @@ class TestTelling(Case):
         head, = xy3ctl.json('list')['heads']
         want = {'head': 'xy3-0', 'node': '/dev/xy3-0', 'back': 'ttyXY3SIM0', 'iio': iio,
                 'forward': forward.device, 'vendor': 'Lasers Ltd', 'model': 'LX-20',
-                'firmware': '1.2.3', 'serial': '4711', 'in_sync': 1, 'rate': 115200,
+                'firmware': '1.2.3', 'serial': '4711', 'in_sync': True, 'rate': 115200,
                 'temperature': {'head': 31.5, 'dac_x': 29.8, 'dac_y': -5.5},
                 'errors': {'head': 'none', 'dsp': 'none', 'dac_x': 'temperature', 'dac_y': '101'},
                 'hours': {'head': 1234, 'dac_x': 7}, 'frame_errors': dict.fromkeys('xyzuw', 0)}

@@ -177,7 +177,12 @@ class TestLayouts(Case):
                 for words in (['--write', '--root', self.folder], ['--json'], []):
                     result = self.with_layouts('layout', 'bad', *words, bad=bad)
                     self.assert_says(result, FAILURE, '/bad.layout:4: ' + reason)
-                    assert result.out == ''
+                    if '--json' in words:
+                        document, = result.json()
+                        assert reason in document.pop('error')
+                        assert list(document) == ['schema', 'tool', 'verb']
+                    else:
+                        assert result.out == ''
                 assert not os.path.exists(os.path.join(self.folder, HWDB))
 
     def test_entry_is_as_udev_wants_it(self):

@@ -9,7 +9,7 @@ import os
 import tempfile
 
 import case
-from tool import FAILURE, OK, USAGE, build_sanitized
+from tool import FAILURE, NO_DEVICE, OK, USAGE, build_sanitized
 from xhcctl_tool import environment, run, xhcctl
 
 STATS = ('reports', 'bad_reports', 'xor_mismatches', 'unknown_keys', 'frames_sent', 'frame_errors')
@@ -139,7 +139,29 @@ class TestPlanted(case.Case):
                 assert sorted(shown['dro']) == sorted(names)
             if model == 'WHB04B':
                 whb04b = shown['dro']
-        assert (whb04b['row2'], whb04b['mode'], whb04b['reset']) == (-77.89, 'step', 0)
+        assert (whb04b['row2'], whb04b['mode'], whb04b['reset']) == (-77.89, 'step', False)
+
+    def test_a_failure_in_json(self):
+        """A document with the message of standard error; a usage error has none."""
+        os.makedirs(self.sys + '/bus/hid/devices')
+        for verb in ('list', 'show', 'monitor', 'record'):
+            with case.row(verb):
+                more = [os.path.join(self.sys, 'file')] if verb == 'record' else []
+                result = self.run(verb, '--json', *more)
+                document, = result.json()
+                assert result.status == NO_DEVICE
+                assert document['verb'] == verb
+                assert document['error'] == result.err.strip().removeprefix('xhcctl: ')
+                assert 'no pendant' in document['error']
+        assert self.run('list', '-j').json()[0]['pendants'] == []
+        result = self.run('set', '-j', 'nosuch=1')
+        assert (result.status, result.out) == (USAGE, '')
+        path = self.plant('WHB04B')
+        document, = self.run('show', '-j').json()
+        assert 'error' not in document
+        os.unlink(path + '/dro/mode')
+        document, = self.run('show', '-j').json()
+        assert document['error'].endswith(': No such file or directory')
 
     def test_set(self):
         path = self.plant('WHB04B')

@@ -17,6 +17,8 @@
 #endif
 
 static const struct cli_tool *cli_tool;
+static bool cli_json;		/* --json was given */
+static char *last_message;	/* since the last document */
 
 /* ---- options of all verbs ---- */
 
@@ -37,6 +39,7 @@ static error_t parse_common(int key, char *argument, struct argp_state *state)
 		return 0;
 	case 'j':
 		common->json = true;
+		cli_json = true;
 		return 0;
 	case 'h':
 		argp_state_help(state, state->out_stream, ARGP_HELP_STD_HELP);
@@ -150,6 +153,10 @@ static int run_verb(const struct cli_verb *verb, int argc, char **argv)
 	argv[0] = name;
 	status = verb->run(argc, argv);
 	free(name);
+	/* an error that no document has; a usage error has none, as nothing was tried */
+	if (cli_json && last_message && (status == CLI_FAILURE || status == CLI_NO_DEVICE))
+		cli_json_print(cli_json_new(verb->name));
+	free(cli_take_message());
 	/* a full disk, a closed pipe: not all of it was told */
 	if (fflush(stdout) || ferror(stdout))
 		return cli_errno(errno, "standard output");
@@ -195,13 +202,27 @@ const char *cli_tool_name(void)
 
 static void say(int error, const char *format, va_list arguments)
 {
+	char *message = NULL, *text;
+
 	/* what was printed before stands before it on a terminal too */
 	fflush(stdout);
-	fprintf(stderr, "%s: ", cli_tool->name);
-	vfprintf(stderr, format, arguments);
-	if (error)
-		fprintf(stderr, ": %s", strerror(abs(error)));
-	fputc('\n', stderr);
+	if (vasprintf(&text, format, arguments) < 0)
+		return;
+	if (error && asprintf(&message, "%s: %s", text, strerror(abs(error))) >= 0)
+		free(text);
+	else
+		message = text;
+	fprintf(stderr, "%s: %s\n", cli_tool->name, message);
+	free(last_message);
+	last_message = message;
+}
+
+char *cli_take_message(void)
+{
+	char *message = last_message;
+
+	last_message = NULL;
+	return message;
 }
 
 int cli_error(const char *format, ...)

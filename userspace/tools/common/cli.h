@@ -76,6 +76,9 @@ int cli_no_device(const char *format, ...) __attribute__((format(printf, 1, 2)))
 /* The same, with a hint at --help. Return CLI_USAGE. */
 int cli_usage(const char *format, ...) __attribute__((format(printf, 1, 2)));
 
+/* The last of these messages, to be freed; NULL when there is none. The next call has NULL. */
+char *cli_take_message(void);
+
 /*
  * JSON. Every document is an object whose first members are "schema" (CLI_SCHEMA), "tool" and
  * "verb"; a verb that goes on for ever prints such an object a line. CLI_SCHEMA changes when a
@@ -84,7 +87,11 @@ int cli_usage(const char *format, ...) __attribute__((format(printf, 1, 2)));
 #define CLI_SCHEMA 1
 
 struct json_object *cli_json_new(const char *verb);
-/* Print the document on a line of its own, at once, and free it. Return CLI_OK or CLI_FAILURE. */
+/*
+ * Print the document on a line of its own, at once, and free it. If there was an error message
+ * since the last document, it is the member "error". A verb that fails without a document needs
+ * none for that: cli_main() prints one. Return CLI_OK or CLI_FAILURE.
+ */
 int cli_json_print(struct json_object *document);
 /* Shortcuts; a NULL text is null */
 void cli_json_text(struct json_object *object, const char *key, const char *value);

@@ -5,6 +5,7 @@
 #include <errno.h>
 #include <json-c/json.h>
 #include <stdio.h>
+#include <stdlib.h>
 
 #include "cli.h"
 
@@ -20,6 +21,11 @@ struct json_object *cli_json_new(const char *verb)
 
 int cli_json_print(struct json_object *document)
 {
+	char *message = cli_take_message();
+
+	if (message)
+		cli_json_text(document, "error", message);
+	free(message);
 	puts(json_object_to_json_string_ext(document, JSON_C_TO_STRING_PLAIN |
 					    JSON_C_TO_STRING_NOSLASHESCAPE));
 	json_object_put(document);

@@ -132,7 +132,9 @@ struct json_object *values_json(const struct values *values)
 	for (enum field_index i = 0; i < FIELDS; i++) {
 		if (!model_has(values->model, i))
 			continue;
-		if (fields[i].number)
+		if (i == RESET)
+			cli_json_bool(object, fields[i].name, atoi(values->text[i]));
+		else if (fields[i].number)
 			json_object_object_add(object, fields[i].name,
 					       value_json(values->text[i]));
 		else

@@ -42,6 +42,7 @@ int list_verb(int argc, char **argv)
 	struct head heads[HEADS_MAX];
 	struct telemetry telemetry;
 	size_t count, printed = 0;
+	int status = CLI_OK;
 
 	if (common.device) {
 		if (head_find(&heads[0], common.device))
@@ -65,6 +66,8 @@ int list_verb(int argc, char **argv)
 		}
 		printed++;
 	}
+	if (!printed)
+		status = cli_no_device("no scanhead; `xy3ctl doctor' looks for the reason");
 	if (common.json) {
 		document = cli_json_new("list");
 		json_object_object_add(document, "heads", list);
@@ -72,9 +75,7 @@ int list_verb(int argc, char **argv)
 	} else {
 		json_object_put(list);
 	}
-	if (!printed)
-		return cli_no_device("no scanhead; `xy3ctl doctor' looks for the reason");
-	return CLI_OK;
+	return status;
 }
 
 int show_verb(int argc, char **argv)

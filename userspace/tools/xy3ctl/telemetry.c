@@ -92,6 +92,8 @@ struct json_object *fact_json(const struct fact *fact)
 		return NULL;
 	if (!fact->is_number)
 		return json_object_new_string(fact->value);
+	if (!strcmp(fact->name, "in_sync"))
+		return json_object_new_boolean(atoi(fact->value));
 	if (strchr(fact->value, '.'))
 		return json_object_new_double_s(atof(fact->value), fact->value);
 	return json_object_new_int64(atoll(fact->value));
