@@ -354,7 +354,7 @@ class TestDriver:
             document, = run('doctor', '--json', env=environment()).json()
             findings = {finding['id']: finding for finding in document['findings']}
             assert 'xhc-hb04 has taken' in findings['holder']['text']
-            subprocess.run(['bash', '-c', at_once + findings['holder']['mend']], check=True)
+            subprocess.run(['bash', '-c', at_once + findings['holder']['fix']], check=True)
             assert program.process.wait(LIMIT) == 0
         assert_driven(pendant)
 

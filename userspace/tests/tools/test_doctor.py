@@ -36,7 +36,7 @@ def look(tool, *words):
     for finding in document['findings']:
         if finding['id'] not in INSTALLATION:
             findings.setdefault(finding['id'], []).append(
-                (finding['status'], finding['text'], finding['mend']))
+                (finding['status'], finding['text'], finding['fix']))
     return findings
 
 
@@ -44,19 +44,19 @@ class Checks:
     """For both kinds of cases"""
 
     def found(self, *words):
-        """-> {id: (text, mend)} of what was found, but for udev's work: there is no udevd here"""
+        """-> {id: (text, fix)} of what was found, but for udev's work: there is no udevd here"""
         return {check: finding[1:] for check, all_of_it in look(self.tool, *words).items()
                 for finding in all_of_it if finding[0] == 'found' and check != 'access'}
 
     def assert_well(self):
         assert self.found() == {}
 
-    def assert_found(self, check, text, mend):
+    def assert_found(self, check, text, fix):
         """That and nothing else"""
         found = self.found()
         assert list(found) == [check], found
         assert text in found[check][0]
-        assert mend in found[check][1]
+        assert fix in found[check][1]
 
     def give(self, *paths):
         """What udev's rules do"""

@@ -123,17 +123,17 @@ class TestCase(case.Case):
         findings = {}
         for finding in json.loads(done.stdout)['findings']:
             findings.setdefault(finding['id'], []).append(
-                (finding['status'], finding['text'], finding['mend']))
+                (finding['status'], finding['text'], finding['fix']))
         return findings, done.returncode
 
-    def assert_found(self, root, check, text, mend):
+    def assert_found(self, root, check, text, fix):
         """That this and nothing else is found"""
         findings, status = self.ask(root)
         found = [(key, *finding[1:]) for key, all_of_it in findings.items()
                  for finding in all_of_it if finding[0] == 'found']
         assert [key for key, _, _ in found] == [check], found
         assert text in found[0][1]
-        assert mend in found[0][2]
+        assert fix in found[0][2]
         assert status == 1
 
     def assert_well(self, root):
@@ -158,7 +158,7 @@ class TestCase(case.Case):
                               stdout=subprocess.PIPE, text=True, check=False)
         assert done.returncode == 1
         assert 'found    headers      of kernel %s are missing' % KERNEL in done.stdout
-        assert 'to mend it:  sudo apt install linux-headers-%s\n' % KERNEL in done.stdout
+        assert 'fix:          sudo apt install linux-headers-%s\n' % KERNEL in done.stdout
 
     # --- what is installed ---
 
@@ -171,13 +171,13 @@ class TestCase(case.Case):
     def test_dkms_added(self):
         root = self.root('xhcctl')
         root.remove('%s/kernel-%s-x86_64' % (DKMS, KERNEL))
-        mend = 'dkms install xhc-xy3/%s -k %s' % (version(), KERNEL)
-        self.assert_found(root, 'dkms', 'not built', mend)
+        fix = 'dkms install xhc-xy3/%s -k %s' % (version(), KERNEL)
+        self.assert_found(root, 'dkms', 'not built', fix)
         # for another kernel, even one whose name begins alike
         os.symlink('x', root.at('%s/kernel-%s-x86_64' % (DKMS, KERNEL + 'x')))
-        self.assert_found(root, 'dkms', 'not built', mend)
+        self.assert_found(root, 'dkms', 'not built', fix)
         root.write('%s/%s/build/make.log' % (DKMS, version()), 'error\n')
-        self.assert_found(root, 'dkms', '/build/make.log', mend)
+        self.assert_found(root, 'dkms', '/build/make.log', fix)
         # who has built it by hand has none
         root.remove(DKMS)
         assert self.assert_well(root)['dkms'][0][0] == 'skipped'
@@ -224,8 +224,8 @@ class TestCase(case.Case):
             self.assert_found(root, 'signature', 'Secure Boot is on',
                              'mokutil --import /var/lib/dkms/mok.pub')
             root.write(root.module, b'module without')
-            for mend in ('dkms build --force xhc-xy3/', 'dkms install --force xhc-xy3/'):
-                self.assert_found(root, 'signature', 'is not signed', mend)
+            for fix in ('dkms build --force xhc-xy3/', 'dkms install --force xhc-xy3/'):
+                self.assert_found(root, 'signature', 'is not signed', fix)
             root.write(SECURE_BOOT, b'\x06\0\0\0\0')
             self.assert_well(root)
 
@@ -339,6 +339,20 @@ class TestCase(case.Case):
         root.write('sys/bus/usb/devices/1-2/idProduct', 'ffff\n')
         self.assert_well(root)
 
+    def test_held_by_libusb_is_the_only_fault(self):
+        """The kernel has no HID device then. That is no reason to plug in what is plugged in."""
+        root = self.root('xhcctl')
+        root.remove('sys/bus/usb/devices/1-2/1-2:1.0/driver')
+        root.remove('sys/bus/hid')
+        self.assert_found(root, 'holder', 'no driver', 'usbhid/bind')
+        (status, text, _), = self.ask(root)[0]['driver']
+        assert status == 'skipped' and 'see holder' in text
+
+    def test_plugged_in_without_a_hid_device(self):
+        root = self.root('xhcctl')
+        root.remove('sys/bus/hid')
+        self.assert_found(root, 'driver', 'usbhid has made no HID device', 'usbhid.quirks')
+
     def test_other_driver(self):
         root = self.root('xhcctl')
         driver = 'sys/bus/hid/devices/%s/driver' % HID
@@ -378,6 +392,51 @@ class TestCase(case.Case):
         os.makedirs(root.at('sys/class/xy3/x'))
         self.assert_found(root, 'head', 'xy3-0 has a backchannel only and xy3-1',
                          'echo xy3-1 | sudo tee /sys/class/xy3/attach')
+
+    def test_names_of_pendants(self):
+        """Each name that list has is the device's; another is no device, and nothing is well."""
+        root = self.root('xhcctl')
+        later = '0003:10CE:EB6E.0009'       # its product comes first, its number does not
+        root.driven(later)
+        device = 'sys/bus/hid/devices/%s/' % HID
+        for path in ('input/input7/event3', 'hidraw/hidraw2'):
+            os.makedirs(root.at(device + path))
+        root.write(device + 'uevent', 'DRIVER=hid-xhc\nHID_PHYS=usb-0000:00:14.0-2/input0\n')
+        os.makedirs(root.at('dev/input'))
+        os.symlink('event3', root.at('dev/input/xhc-hb04'))
+        root.remove('sys/bus/hid/devices/%s/driver' % HID)
+        for name in ('0', HID, HID.lower(), 'event3', '/dev/input/event3', '/dev/input/xhc-hb04',
+                     'hidraw2', '/dev/hidraw2', 'usb-0000:00:14.0-2/input0'):
+            with case.row(name):
+                findings, status = self.ask(root, '-d', name)
+                assert status == 1
+                assert [text for _, text, _ in findings['driver']] == [HID + ' has no driver']
+        for name in ('1', later):
+            with case.row(name):
+                findings, status = self.ask(root, '-d', name)
+                assert (status, findings['driver'][0][:2]) == (0, ('ok', later + ' has hid-xhc'))
+
+    def test_no_such_device(self):
+        for tool, names in (('xhcctl', ('1', '-1', 'event9', 'nosuch', '0003:10CE:EB70.0002', '')),
+                            ('xy3ctl', ('1', 'xy3-1', '/dev/xy3-1', 'nosuch', ''))):
+            root = self.root(tool)
+            for name in names:
+                with case.row(tool, name):
+                    done = subprocess.run(
+                        [os.path.join(self.dir, tool), 'doctor', '-j', '--root', root.path,
+                         '--device=' + name], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                        text=True, check=False)
+                    assert done.returncode == 3
+                    assert 'no %s %s' % (
+                        {'xhcctl': 'pendant', 'xy3ctl': 'scanhead'}[tool], name) in done.stderr
+                    assert 'findings' not in json.loads(done.stdout)
+
+    def test_names_of_heads(self):
+        root = self.root('xy3ctl')
+        for name in ('0', 'xy3-0', '/dev/xy3-0'):
+            assert self.ask(root, '-d', name)[0]['back'][0][0] == 'ok'
+        os.rename(root.at('sys/class/xy3/xy3-0'), root.at('sys/class/xy3/xy3-2'))
+        assert self.ask(root, '-d', '2')[0]['back'][0][1].startswith('xy3-2 ')
 
     def test_device(self):
         """Only of the one that is named"""

@@ -2,6 +2,7 @@
 /*
  * The verb doctor: what checks have in common. See doctor.h.
  */
+#include <ctype.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <glob.h>
@@ -71,11 +72,11 @@ static char *doc(const struct doctor_tool *tool)
 
 	if (!stream)
 		exit(cli_errno(errno, "no help"));
-	fprintf(stream, "Look for what keeps a device from working, and say what mends it."
+	fprintf(stream, "Diagnose a device and suggest a fix."
 		"\v"
 		"It changes nothing. A line is ok, found or skipped, the id of the check, and "
 		"what it "
-		"has seen; below what was found stands how to mend it. Without root some of it "
+		"has seen; a fix follows each fault. Without root some of it "
 		"cannot be "
 		"seen. The exit status is 1 when something was found. Checks are ");
 	list_checks(stream, doctor_install_checks);
@@ -88,7 +89,7 @@ static char *doc(const struct doctor_tool *tool)
 
 /* ---- what is said ---- */
 
-static void say(struct doctor *doctor, const char *status, enum cli_colour colour, const char *mend,
+static void say(struct doctor *doctor, const char *status, enum cli_colour colour, const char *fix,
 		const char *format, va_list arguments)
 {
 	struct json_object *finding;
@@ -101,13 +102,13 @@ static void say(struct doctor *doctor, const char *status, enum cli_colour colou
 		cli_json_text(finding, "id", doctor->check->id);
 		cli_json_text(finding, "status", status);
 		cli_json_text(finding, "text", text);
-		cli_json_text(finding, "mend", mend);
+		cli_json_text(finding, "fix", fix);
 		json_object_array_add(doctor->findings, finding);
 	} else {
 		printf("%s%-8s%s %-12s %s\n", cli_colour(colour), status, cli_colour(CLI_PLAIN),
 		       doctor->check->id, text);
-		if (mend)
-			printf("         to mend it:  %s%s%s\n", cli_colour(CLI_BOLD), mend,
+		if (fix)
+			printf("         fix:          %s%s%s\n", cli_colour(CLI_BOLD), fix,
 			       cli_colour(CLI_PLAIN));
 	}
 	free(text);
@@ -131,12 +132,12 @@ void doctor_skip(struct doctor *doctor, const char *format, ...)
 	va_end(arguments);
 }
 
-void doctor_found(struct doctor *doctor, const char *mend, const char *format, ...)
+void doctor_found(struct doctor *doctor, const char *fix, const char *format, ...)
 {
 	va_list arguments;
 
 	va_start(arguments, format);
-	say(doctor, "found", CLI_RED, mend, format, arguments);
+	say(doctor, "found", CLI_RED, fix, format, arguments);
 	va_end(arguments);
 	doctor->found++;
 }
@@ -292,6 +293,97 @@ void doctor_access(struct doctor *doctor, const char *path, bool read, const cha
 	doctor_ok(doctor, "%s: %s is for the group " GROUP, device, path);
 }
 
+/* ---- the device that --device names ---- */
+
+#define FOUND_MAX 32
+
+static struct {
+	const char *node;	/* without its folder */
+	bool has_node;
+	char name[FOUND_MAX][64];
+	size_t count;
+} search;
+
+static const char *last_part(const char *path)
+{
+	const char *slash = strrchr(path, '/');
+
+	return slash ? slash + 1 : path;
+}
+
+static void compare_node(struct doctor *doctor, const char *path)
+{
+	(void)doctor;
+	search.has_node |= !strcmp(last_part(path), search.node);
+}
+
+static void add_device(struct doctor *doctor, const char *path)
+{
+	(void)doctor;
+	if (search.count < FOUND_MAX)
+		snprintf(search.name[search.count++], sizeof(search.name[0]), "%s",
+			 last_part(path));
+}
+
+/* A device by its name, a node of it, or where it is plugged in */
+static void compare_device(struct doctor *doctor, const char *path)
+{
+	static const char *const nodes[] = { "input/input*/event*", "hidraw/hidraw*" };
+	char file[PATH_MAX], text[1024], phys[PATH_MAX];
+
+	search.has_node = !strcasecmp(last_part(path), search.node);
+	for (size_t i = 0; i < ARRAY_SIZE(nodes); i++) {
+		snprintf(file, sizeof(file), "%s/%s", path, nodes[i]);
+		doctor_each(doctor, file, compare_node);
+	}
+	snprintf(file, sizeof(file), "%s/uevent", path);
+	snprintf(phys, sizeof(phys), "HID_PHYS=%s", doctor->common.device);
+	doctor_read(doctor, text, sizeof(text), file);
+	for (char *line = strtok(text, "\n"); line; line = strtok(NULL, "\n"))
+		search.has_node |= !strcmp(line, phys);
+	if (search.has_node)
+		add_device(doctor, path);
+}
+
+/* In the order of list: numbers behind the last . or - */
+static int compare_numbers(const void *one, const void *two)
+{
+	unsigned long x = strtoul(one + strcspn(one, ".-") + 1, NULL, 16);
+	unsigned long y = strtoul(two + strcspn(two, ".-") + 1, NULL, 16);
+
+	return (x > y) - (x < y);
+}
+
+/* Names are those of list. Replace one by the device's own. Return an enum cli_status. */
+static int find_device(struct doctor *doctor)
+{
+	const char *name = doctor->common.device;
+	char link[PATH_MAX];
+	const char *end;
+	unsigned long number;
+
+	if (!name)
+		return CLI_OK;
+	number = strtoul(name, (char **)&end, 10);
+	if (!isdigit((unsigned char)*name))
+		end = "no number";
+	if (!*end && doctor->tool->bound) {
+		doctor_each(doctor, doctor->tool->bound, add_device);
+		qsort(search.name, search.count, sizeof(search.name[0]), compare_numbers);
+	} else {
+		doctor_link(doctor, link, sizeof(link), name);
+		if (!*end)
+			snprintf(link, sizeof(link), "xy3-%lu", number);
+		search.node = last_part(link[0] ? link : name);
+		number = 0;
+		doctor_each(doctor, doctor->tool->devices, compare_device);
+	}
+	if (number >= search.count)
+		return cli_no_device("no %s %s", doctor->tool->what, name);
+	doctor->common.device = search.name[number];
+	return CLI_OK;
+}
+
 /* ---- the whole ---- */
 
 static void run_checks(struct doctor *doctor, const struct doctor_check *checks)
@@ -307,12 +399,18 @@ int doctor_run(const struct doctor_tool *tool, int argc, char **argv)
 	struct doctor doctor = { .root = "", .tool = tool };
 	struct argp argp = { .options = options, .parser = parse, .children = cli_children };
 	struct json_object *document;
+	int status;
 
 	argp.doc = doc(tool);
 	argp_parse(&argp, argc, argv, 0, NULL, &doctor);
 	free((char *)argp.doc);
 	doctor.findings = json_object_new_array();
 	doctor_read(&doctor, doctor.kernel, sizeof(doctor.kernel), "/proc/sys/kernel/osrelease");
+	status = find_device(&doctor);
+	if (status != CLI_OK) {
+		json_object_put(doctor.findings);
+		return status;
+	}
 	run_checks(&doctor, doctor_install_checks);
 	run_checks(&doctor, tool->checks);
 	if (doctor.common.json) {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-only */
 /*
- * The verb doctor of both tools: look for what keeps a device from working, and say what mends it.
+ * The verb doctor of both tools: diagnose a device and suggest a fix.
  *
  * It only reads. A check looks at one thing and says, once or for each device, how it is: by
  * doctor_ok(), doctor_found() or doctor_skip(). All paths are below a root, so that a test can
@@ -30,6 +30,9 @@ struct doctor_driver {
 struct doctor_tool {
 	const struct doctor_driver *drivers;	/* with an empty one behind the last */
 	const char *rules;			/* udev's file */
+	const char *what;			/* a device of the tool: "pendant" */
+	const char *devices;			/* their folders in sysfs, as a pattern */
+	const char *bound;			/* those that list numbers; NULL: by their names */
 	const struct doctor_check *checks;	/* of its own; with an empty one behind the last */
 };
 
@@ -48,8 +51,8 @@ void doctor_ok(struct doctor *doctor, const char *format, ...)
 	__attribute__((format(printf, 2, 3)));
 void doctor_skip(struct doctor *doctor, const char *format, ...)
 	__attribute__((format(printf, 2, 3)));
-/* mend: lines for a shell, or words for people who have to use their hands */
-void doctor_found(struct doctor *doctor, const char *mend, const char *format, ...)
+/* fix: lines for a shell, or words for people who have to use their hands */
+void doctor_found(struct doctor *doctor, const char *fix, const char *format, ...)
 	__attribute__((format(printf, 3, 4)));
 
 /* A path below the root, good until the eighth next call */

@@ -62,13 +62,13 @@ static void ldisc_owner(struct doctor *doctor, int wanted, char *name, size_t si
 static void look_ldisc(struct doctor *doctor)
 {
 	long long number = doctor_number(doctor, "/sys/module/xy3/parameters/ldisc");
-	char owner[32], mend[128];
+	char owner[32], fix[128];
 
 	ldisc_owner(doctor, LDISC, owner, sizeof(owner));
 	if (number >= 0 && number != LDISC) {
-		snprintf(mend, sizeof(mend), "sudo ldattach -s 115200 -8 -n -1 %lld UART   # or: "
+		snprintf(fix, sizeof(fix), "sudo ldattach -s 115200 -8 -n -1 %lld UART   # or: "
 			 "sudo xy3ctl attach UART", number);
-		doctor_found(doctor, mend, "xy3 was loaded with the number %lld instead of %d%s%s",
+		doctor_found(doctor, fix, "xy3 was loaded with the number %lld instead of %d%s%s",
 			     number, LDISC, owner[0] ? ", which is that of " : "", owner);
 	} else if (owner[0] && strcmp(owner, "xy3")) {
 		doctor_found(doctor, "echo options xy3 ldisc=28 | sudo tee "
@@ -102,7 +102,7 @@ static void count_halves(struct doctor *doctor, const char *path)
 
 static void look_heads(struct doctor *doctor)
 {
-	char mend[160];
+	char fix[160];
 	int count;
 
 	only_back = 0;
@@ -113,9 +113,9 @@ static void look_heads(struct doctor *doctor)
 			"and "
 			     "see `man xy3'", "no head: nothing is attached");
 	} else if (only_back && only_forward) {
-		snprintf(mend, sizeof(mend), "echo %s | sudo tee /sys/class/xy3/attach   # if they "
+		snprintf(fix, sizeof(fix), "echo %s | sudo tee /sys/class/xy3/attach   # if they "
 			 "are one head; then attach the UART again", lonely[1]);
-		doctor_found(doctor, mend, "%s has a backchannel only and %s a forward channel "
+		doctor_found(doctor, fix, "%s has a backchannel only and %s a forward channel "
 			"only",
 			     lonely[0], lonely[1]);
 	} else {
@@ -130,7 +130,7 @@ static void look_back_of(struct doctor *doctor, const char *path)
 	long long bytes = number_of(doctor, path, "stats/rx_bytes");
 	const char *name = name_of(path);
 	long long rate = number_of(doctor, path, "rate");
-	char mend[160];
+	char fix[160];
 
 	if (!doctor_wants(doctor, name))
 		return;
@@ -141,8 +141,8 @@ static void look_back_of(struct doctor *doctor, const char *path)
 			"and "
 			     "whether it has a backchannel", "%s: not a byte has come", name);
 	} else if (!number_of(doctor, path, "in_sync")) {
-		snprintf(mend, sizeof(mend), "echo 1 | sudo tee %s/autobaud", path);
-		doctor_found(doctor, mend, "%s: bytes come and make no sense at %lld bit/s: the "
+		snprintf(fix, sizeof(fix), "echo 1 | sudo tee %s/autobaud", path);
+		doctor_found(doctor, fix, "%s: bytes come and make no sense at %lld bit/s: the "
 			"head is "
 			     "at another rate, or - and + are swapped", name, rate);
 	} else if (number_of(doctor, path, "stats/line_errors") * 100 > bytes) {
@@ -166,7 +166,7 @@ static bool may_hold(const char *process)
 
 static void look_uart_of(struct doctor *doctor, const char *path)
 {
-	char file[PATH_MAX], uart[64], node[80], holder[64], mend[128];
+	char file[PATH_MAX], uart[64], node[80], holder[64], fix[128];
 	const char *name = name_of(path);
 	pid_t pid;
 
@@ -178,9 +178,9 @@ static void look_uart_of(struct doctor *doctor, const char *path)
 		return;
 	snprintf(node, sizeof(node), "/dev/%s", uart);
 	if (doctor_holder(doctor, node, holder, sizeof(holder), &pid) && !may_hold(holder)) {
-		snprintf(mend, sizeof(mend), "sudo kill %d   # for good: disable its service",
+		snprintf(fix, sizeof(fix), "sudo kill %d   # for good: disable its service",
 			 (int)pid);
-		doctor_found(doctor, mend, "%s: %s has %s open, too (process %d), and may change "
+		doctor_found(doctor, fix, "%s: %s has %s open, too (process %d), and may change "
 			"it",
 			     name, holder, node, (int)pid);
 	} else {
@@ -209,7 +209,7 @@ static void look_temperature(struct doctor *doctor, const char *path)
 
 static void look_order_of(struct doctor *doctor, const char *path)
 {
-	char file[PATH_MAX], order[16], mend[160];
+	char file[PATH_MAX], order[16], fix[160];
 	const char *name = name_of(path);
 
 	if (!doctor_wants(doctor, name))
@@ -226,9 +226,9 @@ static void look_order_of(struct doctor *doctor, const char *path)
 		doctor_ok(doctor, "%s: %s endian makes sense", name, order);
 		return;
 	}
-	snprintf(mend, sizeof(mend), "echo %s | sudo tee %s/byte_order",
+	snprintf(fix, sizeof(fix), "echo %s | sudo tee %s/byte_order",
 		 strcmp(order, "big") ? "big" : "little", path);
-	doctor_found(doctor, mend, "%s: its temperatures make no sense in %s endian", name, order);
+	doctor_found(doctor, fix, "%s: its temperatures make no sense in %s endian", name, order);
 }
 
 static void look_order(struct doctor *doctor)
@@ -329,4 +329,5 @@ static const struct doctor_check checks[] = {
 
 const struct doctor_tool doctor_head = {
 	.drivers = drivers, .rules = "70-xy3.rules", .checks = checks,
+	.what = "scanhead", .devices = HEADS,
 };

@@ -54,15 +54,15 @@ static bool is_loaded(struct doctor *doctor, const struct doctor_driver *driver)
 static void look_headers(struct doctor *doctor)
 {
 	const char *kernel = doctor_kernel(doctor);
-	char path[PATH_MAX], mend[256];
+	char path[PATH_MAX], fix[256];
 
 	snprintf(path, sizeof(path), "/lib/modules/%s/build/Makefile", kernel);
 	if (doctor_exists(doctor, path)) {
 		doctor_ok(doctor, "of kernel %s are there", kernel);
 		return;
 	}
-	snprintf(mend, sizeof(mend), "sudo apt install linux-headers-%s", kernel);
-	doctor_found(doctor, mend, "of kernel %s are missing: no driver can be built for it",
+	snprintf(fix, sizeof(fix), "sudo apt install linux-headers-%s", kernel);
+	doctor_found(doctor, fix, "of kernel %s are missing: no driver can be built for it",
 		     kernel);
 }
 
@@ -90,7 +90,7 @@ static void take_state(struct doctor *doctor, const char *path)
 static void look_dkms(struct doctor *doctor)
 {
 	const char *kernel = doctor_kernel(doctor);
-	char mend[512], path[PATH_MAX];
+	char fix[512], path[PATH_MAX];
 
 	memset(&dkms, 0, sizeof(dkms));
 	doctor_each(doctor, "/var/lib/dkms/" NAME "/*", take_state);
@@ -102,9 +102,9 @@ static void look_dkms(struct doctor *doctor)
 		doctor_ok(doctor, NAME "/%s is installed for %s", dkms.version, kernel);
 		return;
 	}
-	snprintf(mend, sizeof(mend), "sudo dkms install " NAME "/%s -k %s", dkms.version, kernel);
+	snprintf(fix, sizeof(fix), "sudo dkms install " NAME "/%s -k %s", dkms.version, kernel);
 	snprintf(path, sizeof(path), "/var/lib/dkms/" NAME "/%s/build/make.log", dkms.version);
-	doctor_found(doctor, mend, NAME "/%s is there, but not built and installed for kernel "
+	doctor_found(doctor, fix, NAME "/%s is there, but not built and installed for kernel "
 		"%s%s%s",
 		     dkms.version, kernel, doctor_exists(doctor, path) ? "; why: " : "",
 		     doctor_exists(doctor, path) ? path : "");
@@ -149,7 +149,7 @@ static void look_left_out(struct doctor *doctor, const char *module)
 
 static void look_module(struct doctor *doctor, const struct doctor_driver *driver)
 {
-	char path[PATH_MAX], mend[256];
+	char path[PATH_MAX], fix[256];
 
 	find_module(doctor, driver->module, path, sizeof(path));
 	if (path[0] || is_loaded(doctor, driver)) {
@@ -164,9 +164,9 @@ static void look_module(struct doctor *doctor, const struct doctor_driver *drive
 			     doctor_kernel(doctor), driver->module, left_out.why);
 		return;
 	}
-	snprintf(mend, sizeof(mend), "sudo dkms autoinstall -k %s && sudo depmod",
+	snprintf(fix, sizeof(fix), "sudo dkms autoinstall -k %s && sudo depmod",
 		 doctor_kernel(doctor));
-	doctor_found(doctor, mend, "kernel %s has no module %s", doctor_kernel(doctor),
+	doctor_found(doctor, fix, "kernel %s has no module %s", doctor_kernel(doctor),
 		     driver->module);
 }
 
@@ -181,16 +181,16 @@ static void look_modules(struct doctor *doctor)
 static void look_version(struct doctor *doctor)
 {
 	const struct doctor_driver *driver = doctor_tool_of(doctor)->drivers;
-	char path[PATH_MAX], version[64], mend[256];
+	char path[PATH_MAX], version[64], fix[256];
 
 	for (; driver->module; driver++) {
 		snprintf(path, sizeof(path), "/sys/module/%s/version", driver->sysfs);
 		if (doctor_read(doctor, version, sizeof(version), path) < 0) {
 			doctor_skip(doctor, "%s is not loaded", driver->module);
 		} else if (strcmp(version, VERSION)) {
-			snprintf(mend, sizeof(mend), "sudo modprobe -r %s && sudo modprobe %s",
+			snprintf(fix, sizeof(fix), "sudo modprobe -r %s && sudo modprobe %s",
 				 driver->module, driver->module);
-			doctor_found(doctor, mend, "%s %s is loaded, and this tool is %s",
+			doctor_found(doctor, fix, "%s %s is loaded, and this tool is %s",
 				     driver->module, version, VERSION);
 		} else {
 			doctor_ok(doctor, "%s %s is loaded", driver->module, version);
@@ -292,7 +292,7 @@ static void look_rules(struct doctor *doctor)
 		"/usr/lib/udev/rules.d", "/lib/udev/rules.d",
 	};
 	const char *name = doctor_tool_of(doctor)->rules;
-	char path[PATH_MAX], mend[PATH_MAX + 64];
+	char path[PATH_MAX], fix[PATH_MAX + 64];
 	struct stat about;
 
 	for (size_t i = 0; i < ARRAY_SIZE(folders); i++) {
@@ -301,9 +301,9 @@ static void look_rules(struct doctor *doctor)
 			continue;
 		/* the usual way to switch one off: empty, or a link to /dev/null */
 		if (!S_ISREG(about.st_mode) || !about.st_size) {
-			snprintf(mend, sizeof(mend), "sudo rm %s && sudo udevadm control --reload",
+			snprintf(fix, sizeof(fix), "sudo rm %s && sudo udevadm control --reload",
 				 path);
-			doctor_found(doctor, mend, "%s switches the rules off", path);
+			doctor_found(doctor, fix, "%s switches the rules off", path);
 		} else {
 			doctor_ok(doctor, "%s", path);
 		}

@@ -120,11 +120,13 @@ static void look_model(struct doctor *doctor)
 	doctor_each(doctor, "/sys/bus/usb/devices/*-*", look_model_of);
 }
 
-/* ---- USB: is anybody else at it ---- */
+/* ---- USB: does the kernel have it ---- */
+
+static unsigned int plugged, taken;	/* supported devices; those that libusb has */
 
 static void look_interface(struct doctor *doctor, const char *path)
 {
-	char file[PATH_MAX], driver[64], node[64], holder[64] = "", mend[256];
+	char file[PATH_MAX], driver[64], node[64], holder[64] = "", fix[256];
 	const char *name = name_of(path);
 	long long bus, device;
 	pid_t pid = 0;
@@ -136,19 +138,20 @@ static void look_interface(struct doctor *doctor, const char *path)
 		return;
 	}
 	snprintf(file, sizeof(file), "%s/../busnum", path);
+	taken++;
 	bus = doctor_number(doctor, file);
 	snprintf(file, sizeof(file), "%s/../devnum", path);
 	device = doctor_number(doctor, file);
 	snprintf(node, sizeof(node), "/dev/bus/usb/%03lld/%03lld", bus, device);
-	snprintf(mend, sizeof(mend), "echo %s | sudo tee /sys/bus/usb/drivers/usbhid/bind", name);
+	snprintf(fix, sizeof(fix), "echo %s | sudo tee /sys/bus/usb/drivers/usbhid/bind", name);
 	if (doctor_holder(doctor, node, holder, sizeof(holder), &pid)) {
 		/* the second is for the program: it holds the interface until it has ended */
-		snprintf(mend, sizeof(mend), "sudo kill %d && sleep 1 && echo %s | "
+		snprintf(fix, sizeof(fix), "sudo kill %d && sleep 1 && echo %s | "
 			 "sudo tee /sys/bus/usb/drivers/usbhid/bind", (int)pid, name);
-		doctor_found(doctor, mend, "%s has taken %s from the kernel by libusb (process %d)",
+		doctor_found(doctor, fix, "%s has taken %s from the kernel by libusb (process %d)",
 			     holder, name, (int)pid);
 	} else {
-		doctor_found(doctor, mend, "%s has %s%s: a program has taken it from the kernel by "
+		doctor_found(doctor, fix, "%s has %s%s: a program has taken it from the kernel by "
 			     "libusb, such as LinuxCNC's xhc-hb04", name,
 			     driver[0] ? "the driver " : "no driver", driver);
 	}
@@ -165,12 +168,15 @@ static void look_usb_device(struct doctor *doctor, const char *path)
 	product = find_product(id);
 	if (!product || product->kind > CLONE)
 		return;
+	plugged += product->kind == SUPPORTED;
 	snprintf(file, sizeof(file), "%s/%s:*.0", path, name_of(path));
 	doctor_each(doctor, file, look_interface);
 }
 
 static void look_holder(struct doctor *doctor)
 {
+	plugged = 0;
+	taken = 0;
 	doctor_each(doctor, "/sys/bus/usb/devices/*-*", look_usb_device);
 }
 
@@ -178,7 +184,7 @@ static void look_holder(struct doctor *doctor)
 
 static void look_driver_of(struct doctor *doctor, const char *path)
 {
-	char file[PATH_MAX], driver[64], mend[320];
+	char file[PATH_MAX], driver[64], fix[320];
 	const char *name = name_of(path);
 
 	if (!doctor_wants(doctor, name))
@@ -188,14 +194,14 @@ static void look_driver_of(struct doctor *doctor, const char *path)
 	if (!strcmp(driver, "hid-xhc")) {
 		doctor_ok(doctor, "%s has hid-xhc", name);
 	} else if (driver[0]) {
-		snprintf(mend, sizeof(mend), "sudo modprobe hid-xhc; echo %s | sudo tee "
+		snprintf(fix, sizeof(fix), "sudo modprobe hid-xhc; echo %s | sudo tee "
 			 "/sys/bus/hid/drivers/%s/unbind /sys/bus/hid/drivers/hid-xhc/bind", name,
 			 driver);
-		doctor_found(doctor, mend, "%s has the driver %s instead of hid-xhc", name, driver);
+		doctor_found(doctor, fix, "%s has the driver %s instead of hid-xhc", name, driver);
 	} else {
-		snprintf(mend, sizeof(mend), "sudo modprobe hid-xhc; echo %s | sudo tee "
+		snprintf(fix, sizeof(fix), "sudo modprobe hid-xhc; echo %s | sudo tee "
 			 "/sys/bus/hid/drivers/hid-xhc/bind", name);
-		doctor_found(doctor, mend, "%s has no driver", name);
+		doctor_found(doctor, fix, "%s has no driver", name);
 	}
 }
 
@@ -212,7 +218,14 @@ static void look_driver(struct doctor *doctor)
 			count += doctor_each(doctor, pattern, look_driver_of);
 		}
 	}
-	if (!count)
+	if (!count && taken)
+		doctor_skip(doctor, "no HID device: the kernel does not have the pendant, see "
+			    "holder");
+	else if (!count && plugged)
+		doctor_found(doctor, "look for `usbhid.quirks' in /proc/cmdline and for its "
+			     "errors in `sudo dmesg'; then plug the receiver in again",
+			     "a pendant is plugged in, but usbhid has made no HID device of it");
+	else if (!count)
 		doctor_found(doctor,
 			     "plug in the pendant's receiver, or its cable; `lsusb -d 10ce:' must show it",
 			     "no HB03, HB04 or WHB04B is plugged in");
@@ -295,4 +308,5 @@ static const struct doctor_check checks[] = {
 
 const struct doctor_tool doctor_pendant = {
 	.drivers = drivers, .rules = "70-xhc-pendant.rules", .checks = checks,
+	.what = "pendant", .devices = "/sys/bus/hid/devices/0003:10CE:*", .bound = OURS,
 };

@@ -31,12 +31,12 @@ pytestmark = pytest.mark.timeout(400)     # depmod and udevd in an emulated mach
 
 
 def look(tool):
-    """-> {id: (text, mend)} of what is found"""
+    """-> {id: (text, fix)} of what is found"""
     done = subprocess.run([tool, 'doctor', '--json'], stdout=subprocess.PIPE,
                           stderr=subprocess.PIPE, text=True, check=False)
     assert done.stderr == '', 'errors of %s doctor' % tool
     findings = json.loads(done.stdout)['findings']
-    found = {each['id']: (each['text'], each['mend']) for each in findings
+    found = {each['id']: (each['text'], each['fix']) for each in findings
              if each['status'] == 'found'}
     assert done.returncode == (1 if found else 0), 'status of %s doctor' % tool
     return found
@@ -173,13 +173,13 @@ def test_doctor_finds_a_program_that_holds_the_pendant():
         fd = os.open(node, os.O_RDWR)
         try:
             fcntl.ioctl(fd, USBDEVFS_DISCONNECT_CLAIM, struct.pack('II256s', 0, 0, b''), False)
-            text, mend = look('xhcctl')['holder']
+            text, fix = look('xhcctl')['holder']
             assert 'python3 has taken %s' % os.path.basename(interface) in text, text
-            assert 'kill %d && sleep 1 && echo ' % os.getpid() in mend, mend
+            assert 'kill %d && sleep 1 && echo ' % os.getpid() in fix, fix
         finally:
             os.close(fd)
         before = plugged.usb.frame_count
-        type_line(mend.split(' && ', 1)[1])     # the holder is gone already
+        type_line(fix.split(' && ', 1)[1])     # the holder is gone already
         plugged.wait_bound(before)
 
 
@@ -188,11 +188,11 @@ def test_doctor_finds_a_pendant_without_driver():
         name = os.path.basename(plugged.directory)
         plugged.events.close()
         write_file('/sys/bus/hid/drivers/hid-xhc/unbind', name)
-        text, mend = look('xhcctl')['driver']
+        text, fix = look('xhcctl')['driver']
         assert '%s has no driver' % name in text, text
-        assert 'modprobe hid-xhc' in mend, mend
+        assert 'modprobe hid-xhc' in fix, fix
         before = plugged.usb.frame_count
-        type_line(mend)
+        type_line(fix)
         plugged.wait_bound(before)
 
 
@@ -202,9 +202,9 @@ def test_doctor_finds_another_number_of_the_line_discipline():
     unload_modules('xy3-sim', 'xy3-spi', 'xy3')
     command('modprobe', 'xy3', 'ldisc=28')
     try:
-        text, mend = look('xy3ctl')['ldisc']
+        text, fix = look('xy3ctl')['ldisc']
         assert 'number 28 instead of 29' in text, text
-        assert '-n -1 28' in mend, mend
+        assert '-n -1 28' in fix, fix
     finally:
         unload_modules('xy3')
     module.load()

@@ -46,11 +46,11 @@ def run(*words):
 
 
 def signatures(tool):
-    """What its doctor finds of them: [(text, mend), ...]"""
+    """What its doctor finds of them: [(text, fix), ...]"""
     findings = json.loads(run(tool, 'doctor', '--json')[1])['findings']
     ours = [each for each in findings if each['id'] == 'signature']
     assert ours, '%s doctor does not look at signatures' % tool
-    return [(each['text'], each['mend']) for each in ours if each['status'] == 'found']
+    return [(each['text'], each['fix']) for each in ours if each['status'] == 'found']
 
 
 def check_refused(driver):
@@ -60,9 +60,9 @@ def check_refused(driver):
     assert not module_loaded(driver.replace('-', '_')), driver + ' is loaded'
     found = signatures(TOOLS[driver])
     assert found, 'a doctor that finds nothing'
-    for text, mend in found:
+    for text, fix in found:
         assert 'Secure Boot is on' in text, text
-        assert 'mokutil --import ' + DKMS_CERTIFICATE in mend, mend
+        assert 'mokutil --import ' + DKMS_CERTIFICATE in fix, fix
     return found
 
 
