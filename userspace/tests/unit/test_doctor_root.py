@@ -41,7 +41,9 @@ class Root:
         self.path = tempfile.mkdtemp()
         self.driver = DRIVER[tool]
         self.module = MODULES + 'updates/dkms/%s.ko' % self.driver
+        self.system('ID=debian')
         self.write('proc/sys/kernel/osrelease', KERNEL + '\n')
+        self.write('usr/share/doc/linux-image-%s/copyright' % KERNEL, '')
         self.write(MODULES + 'build/Makefile', '')
         self.write(MODULES + 'modules.dep', 'kernel/lib/crc8.ko:\nupdates/dkms/%s.ko: a.ko b.ko\n'
                    % self.driver)
@@ -97,6 +99,14 @@ class Root:
         else:
             os.unlink(self.at(path))
 
+    def system(self, *lines):
+        self.write('etc/os-release', ''.join(line + '\n' for line in lines))
+
+    def runs(self, kernel):
+        """Another kernel, with nothing of ours"""
+        self.write('proc/sys/kernel/osrelease', kernel + '\n')
+        self.write('lib/modules/%s/modules.dep' % kernel, '')
+
     def loaded(self, number):
         self.write('sys/module/%s/version' % self.driver.replace('-', '_'), number + '\n')
 
@@ -126,6 +136,11 @@ class TestCase(case.Case):
                 (finding['status'], finding['text'], finding['fix']))
         return findings, done.returncode
 
+    def found(self, root):
+        """-> {id: (text, fix)} of what is found"""
+        return {check: finding[1:] for check, all_of_it in self.ask(root)[0].items()
+                for finding in all_of_it if finding[0] == 'found'}
+
     def assert_found(self, root, check, text, fix):
         """That this and nothing else is found"""
         findings, status = self.ask(root)
@@ -154,6 +169,8 @@ class TestCase(case.Case):
     def test_text(self):
         root = self.root('xy3ctl')
         root.remove(MODULES + 'build')
+        root.write(MODULES + 'modules.dep', '')
+        root.not_loaded()
         done = subprocess.run([os.path.join(self.dir, 'xy3ctl'), 'doctor', '--root', root.path],
                               stdout=subprocess.PIPE, text=True, check=False)
         assert done.returncode == 1
@@ -166,7 +183,14 @@ class TestCase(case.Case):
         for tool in RULES:
             root = self.root(tool)
             root.remove(MODULES + 'build')
-            self.assert_found(root, 'headers', 'are missing', 'apt install linux-headers-' + KERNEL)
+            # they are required to build only
+            assert self.assert_well(root)['headers'][0][0] == 'skipped'
+            root.not_loaded()
+            root.write(MODULES + 'modules.dep', '')
+            root.remove('%s/kernel-%s-x86_64' % (DKMS, KERNEL))
+            found = self.found(root)
+            assert sorted(found) == ['dkms', 'headers']
+            assert found['headers'][1] == 'sudo apt install linux-headers-' + KERNEL
 
     def test_dkms_added(self):
         root = self.root('xhcctl')
@@ -189,7 +213,14 @@ class TestCase(case.Case):
         root.remove('sys/module/xy3')
         self.assert_well(root)
         root.write(MODULES + 'modules.dep', 'updates/dkms/not-xy3.ko:\n')
-        self.assert_found(root, 'module', 'has no module xy3', 'dkms autoinstall -k ' + KERNEL)
+        again = 'dkms install --force xhc-xy3/%s -k %s' % (version(), KERNEL)
+        self.assert_found(root, 'module', 'has no module xy3', again)
+        # what dkms has not built, dkms is to build: one fix, not two
+        root.remove('%s/kernel-%s-x86_64' % (DKMS, KERNEL))
+        self.assert_found(root, 'dkms', 'not built', 'dkms install xhc-xy3/' + version())
+        # without DKMS its commands do nothing
+        root.remove(DKMS)
+        self.assert_found(root, 'module', 'has no module xy3', 'sudo make install ')
 
     def test_module_that_the_kernel_has_no_means_for(self):
         root = self.root('xy3ctl')
@@ -206,7 +237,112 @@ class TestCase(case.Case):
                           'start a kernel that has')
         # the log has a line on another module only
         root.write(log, 'xhc-xy3: xy3-spi is left out: the kernel has no CONFIG_SPI\n')
-        self.assert_found(root, 'module', 'has no module xy3', 'dkms autoinstall -k ' + KERNEL)
+        self.assert_found(root, 'module', 'has no module xy3', 'dkms install --force xhc-xy3/')
+
+    # --- advice by distribution ---
+
+    def headers_fix(self, kernel, *system, package=False, **files):
+        root = self.root('xhcctl')
+        root.not_loaded()
+        root.remove(DKMS)
+        root.runs(kernel)
+        root.system(*system)
+        if package:
+            root.write('usr/share/doc/linux-image-%s/copyright' % kernel, '')
+        for path, data in files.items():
+            root.write(path.replace('__', '/').replace('KERNEL', kernel), data)
+        return self.found(root)['headers'][1]
+
+    def test_headers_by_distribution(self):
+        fix = self.headers_fix
+        arch = '6.17.8-arch1-1'
+        assert fix(arch, 'ID=arch', lib__modules__KERNEL__pkgbase='linux\n') == \
+            'sudo pacman -S linux-headers'
+        assert fix('6.12.9-1-lts', 'ID="manjaro"', 'ID_LIKE=arch',
+                   lib__modules__KERNEL__pkgbase='linux-lts\n') == \
+            'sudo pacman -S linux-lts-headers'
+        assert 'pacman' not in fix(arch, 'ID=arch')
+        fedora = '6.17.5-300.fc43.x86_64'
+        assert fix(fedora, 'ID=fedora') == 'sudo dnf install kernel-devel-' + fedora
+        assert fix(fedora, 'ID="rocky"', 'ID_LIKE="rhel centos fedora"') == \
+            'sudo dnf install kernel-devel-' + fedora
+        for kernel, system in (('6.8.0-45-generic', ('ID=ubuntu', 'ID_LIKE=debian')),
+                               ('6.8.0-45-generic', ('ID=linuxmint', 'ID_LIKE="ubuntu debian"')),
+                               ('6.12.25+rpt-rpi-v8', ('ID=debian',)),
+                               ('6.1.0-56-amd64', ('PRETTY_NAME="Debian"', 'ID="debian"'))):
+            assert fix(kernel, *system, package=True) == 'sudo apt install linux-headers-' + kernel
+        # a kernel that no package has
+        assert 'apt' not in fix('6.17.0', 'ID=debian')
+        mainline = fix('6.17.8-061708-generic', 'ID=ubuntu', package=True)
+        assert 'mainline' in mainline and 'apt' not in mainline
+        assert 'sudo' not in fix('6.6.1_1', 'ID=void')
+        assert 'sudo' not in fix('6.6.1_1')
+
+    def test_headers_of_a_kernel_that_is_no_longer_installed(self):
+        root = self.root('xhcctl')
+        root.remove(DKMS)
+        root.not_loaded()
+        root.write('proc/sys/kernel/osrelease', '6.17.7-arch1-1\n')
+        root.system('ID=arch')
+        assert self.found(root)['headers'][1].startswith('restart the computer')
+
+    def test_a_kernel_of_64_bits_in_a_system_of_32(self):
+        """Raspberry Pi OS has no headers of that kernel for armhf"""
+        for bits, words in ((b'\x01', 'arm_64bit=0'), (b'\x02', 'apt install')):
+            fix = self.headers_fix('6.1.0-rpi7-rpi-v8', 'ID=raspbian', 'ID_LIKE=debian',
+                                   package=True, bin__sh=b'\x7fELF' + bits + b'\x01')
+            assert words in fix
+
+    def test_an_image(self):
+        """DKMS cannot work there: no command of it is advised."""
+        for lines, path in ((('ID=fedora', 'VARIANT_ID=silverblue'), 'run/ostree-booted'),
+                            (('ID=steamos', 'ID_LIKE=arch'), None)):
+            root = self.root('xhcctl')
+            root.system(*lines)
+            if path:
+                root.write(path, '')
+            root.not_loaded()
+            root.remove(MODULES + 'build')
+            root.write(MODULES + 'modules.dep', '')
+            for check in (('dkms', 'headers'), ('module', 'headers')):
+                if 'dkms' in check:
+                    root.remove('%s/kernel-%s-x86_64' % (DKMS, KERNEL))
+                else:
+                    root.remove(DKMS)
+                found = self.found(root)
+                assert sorted(found) == list(sorted(check))
+                for _, fix in found.values():
+                    assert 'image' in fix and 'sudo' not in fix
+
+    def test_a_compiler_that_is_missing(self):
+        for line, name in (('/bin/sh: 1: gcc-14: not found', 'gcc-14'),
+                           ('bash: line 1: clang-19: command not found', 'clang-19')):
+            for system, command in (('ID=ubuntu', 'sudo apt install '), ('ID=fedora', 'sudo dnf '),
+                                    ('ID=void', 'install ')):
+                root = self.root('xhcctl')
+                root.system(system)
+                root.remove('%s/kernel-%s-x86_64' % (DKMS, KERNEL))
+                root.write('%s/%s/build/make.log' % (DKMS, version()),
+                           'make: entering\nwarning: sparse: not found\n%s\nmake: ***\n' % line)
+                text, fix = self.found(root)['dkms']
+                assert 'its compiler %s is missing' % name in text
+                assert fix.startswith(command) and fix.endswith(name)
+
+    def test_the_key_of_secure_boot_by_distribution(self):
+        for lines, key in ((('ID=ubuntu',), '/var/lib/shim-signed/mok/MOK.der'),
+                           (('ID=linuxmint', 'ID_LIKE="ubuntu debian"'),
+                            '/var/lib/shim-signed/mok/MOK.der'),
+                           (('ID=debian',), '/var/lib/dkms/mok.pub'),
+                           (('ID=fedora',), '/var/lib/dkms/mok.pub')):
+            root = self.root('xhcctl')
+            root.system(*lines)
+            root.write(SECURE_BOOT, b'\x06\0\0\0\x01')
+            root.not_loaded()
+            self.assert_found(root, 'signature', key, 'mokutil --import ' + key)
+            root.write(root.module, b'module without')
+            self.assert_found(root, 'signature', 'is not signed', 'mokutil --import ' + key)
+            root.remove(DKMS)           # who signs then is not known
+            self.assert_found(root, 'signature', 'refused', 'sign it with a key')
 
     def test_version(self):
         root = self.root('xhcctl')
@@ -246,7 +382,7 @@ class TestCase(case.Case):
         for tool, name in RULES.items():
             root = self.root(tool)
             root.remove('usr/lib/udev/rules.d/' + name)
-            self.assert_found(root, 'rules', name + ' is missing', 'reinstall xhc-xy3-dkms')
+            self.assert_found(root, 'rules', name + ' is missing', 'make install')
             root.write('lib/udev/rules.d/' + name, '# rules\n')
             self.assert_well(root)
             root.write('etc/udev/rules.d/' + name, '')

@@ -262,7 +262,7 @@ bool doctor_holder(struct doctor *doctor, const char *node, char *name, size_t s
 #define TRIGGER "sudo udevadm control --reload && sudo udevadm trigger --action=bind " \
 	"--subsystem-match=hid && sudo udevadm trigger --action=add --subsystem-match=input " \
 	"--subsystem-match=xy3 --subsystem-match=iio --subsystem-match=tty"
-#define JOIN "sudo adduser \"$USER\" " GROUP "   # and log in again"
+#define JOIN "sudo usermod -aG " GROUP " \"$USER\"   # and log in again"
 
 void doctor_access(struct doctor *doctor, const char *path, bool read, const char *device)
 {

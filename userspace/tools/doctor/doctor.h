@@ -79,6 +79,20 @@ bool doctor_holder(struct doctor *doctor, const char *node, char *name, size_t s
 /* Whether the group dialout may read and write: a node, or with write alone an attribute */
 void doctor_access(struct doctor *doctor, const char *path, bool read, const char *device);
 
+/* ---- advice by distribution (distro.c) ---- */
+
+#define DOCTOR_IMAGE "not here: the system is an image, into which DKMS cannot install modules"
+
+/* Is /usr read-only, such as with rpm-ostree? */
+bool doctor_is_image(struct doctor *doctor);
+/* How to install the headers of the running kernel */
+void doctor_headers_fix(struct doctor *doctor, char *fix, size_t size);
+/* The key that DKMS signs with */
+const char *doctor_key(struct doctor *doctor);
+/* A command that installs or removes a package; words where none is known */
+void doctor_package_fix(struct doctor *doctor, const char *verb, const char *package, char *fix,
+			size_t size);
+
 /* The checks of installation, which both tools have; with an empty one behind the last */
 extern const struct doctor_check doctor_install_checks[];
 extern const struct doctor_tool doctor_pendant;

@@ -49,6 +49,20 @@ static bool is_loaded(struct doctor *doctor, const struct doctor_driver *driver)
 	return doctor_exists(doctor, path);
 }
 
+/* Is there a module for each driver? */
+static bool has_modules(struct doctor *doctor)
+{
+	const struct doctor_driver *driver = doctor_tool_of(doctor)->drivers;
+	char path[PATH_MAX];
+
+	for (; driver->module; driver++) {
+		find_module(doctor, driver->module, path, sizeof(path));
+		if (!path[0] && !is_loaded(doctor, driver))
+			return false;
+	}
+	return true;
+}
+
 /* ---- headers ---- */
 
 static void look_headers(struct doctor *doctor)
@@ -61,7 +75,12 @@ static void look_headers(struct doctor *doctor)
 		doctor_ok(doctor, "of kernel %s are there", kernel);
 		return;
 	}
-	snprintf(fix, sizeof(fix), "sudo apt install linux-headers-%s", kernel);
+	if (has_modules(doctor)) {
+		doctor_skip(doctor, "of kernel %s are missing; they are required only to build the "
+			    "driver again", kernel);
+		return;
+	}
+	doctor_headers_fix(doctor, fix, sizeof(fix));
 	doctor_found(doctor, fix, "of kernel %s are missing: no driver can be built for it",
 		     kernel);
 }
@@ -87,10 +106,36 @@ static void take_state(struct doctor *doctor, const char *path)
 		dkms.installed = true;
 }
 
+/* The compiler that a build has not found: "/bin/sh: 1: gcc-14: not found" */
+static void find_compiler(struct doctor *doctor, const char *path, char *name, size_t size)
+{
+	FILE *file = fopen(doctor_path(doctor, "%s", path), "re");
+	char *line = NULL;
+	size_t room = 0;
+
+	name[0] = '\0';
+	if (!file)
+		return;
+	while (getline(&line, &room, file) >= 0) {
+		char *end = strstr(line, ": not found"), *start;
+
+		if (!end)
+			end = strstr(line, ": command not found");
+		if (!end)
+			continue;
+		*end = '\0';
+		start = strrchr(line, ' ') ? strrchr(line, ' ') + 1 : line;
+		if (!strncmp(start, "gcc", 3) || !strncmp(start, "clang", 5))
+			snprintf(name, size, "%s", start);
+	}
+	free(line);
+	fclose(file);
+}
+
 static void look_dkms(struct doctor *doctor)
 {
 	const char *kernel = doctor_kernel(doctor);
-	char fix[512], path[PATH_MAX];
+	char fix[512], path[PATH_MAX], compiler[64];
 
 	memset(&dkms, 0, sizeof(dkms));
 	doctor_each(doctor, "/var/lib/dkms/" NAME "/*", take_state);
@@ -102,11 +147,21 @@ static void look_dkms(struct doctor *doctor)
 		doctor_ok(doctor, NAME "/%s is installed for %s", dkms.version, kernel);
 		return;
 	}
-	snprintf(fix, sizeof(fix), "sudo dkms install " NAME "/%s -k %s", dkms.version, kernel);
 	snprintf(path, sizeof(path), "/var/lib/dkms/" NAME "/%s/build/make.log", dkms.version);
+	find_compiler(doctor, path, compiler, sizeof(compiler));
+	if (doctor_is_image(doctor)) {
+		snprintf(fix, sizeof(fix), DOCTOR_IMAGE);
+	} else if (compiler[0]) {
+		doctor_package_fix(doctor, "install", compiler, fix, sizeof(fix));
+		doctor_found(doctor, fix, NAME "/%s could not be built for kernel %s: its compiler "
+			     "%s is missing", dkms.version, kernel, compiler);
+		return;
+	} else {
+		snprintf(fix, sizeof(fix), "sudo dkms install " NAME "/%s -k %s", dkms.version,
+			 kernel);
+	}
 	doctor_found(doctor, fix, NAME "/%s is there, but not built and installed for kernel "
-		"%s%s%s",
-		     dkms.version, kernel, doctor_exists(doctor, path) ? "; why: " : "",
+		     "%s%s%s", dkms.version, kernel, doctor_exists(doctor, path) ? "; why: " : "",
 		     doctor_exists(doctor, path) ? path : "");
 }
 
@@ -164,8 +219,18 @@ static void look_module(struct doctor *doctor, const struct doctor_driver *drive
 			     doctor_kernel(doctor), driver->module, left_out.why);
 		return;
 	}
-	snprintf(fix, sizeof(fix), "sudo dkms autoinstall -k %s && sudo depmod",
-		 doctor_kernel(doctor));
+	if (dkms.version[0] && !dkms.installed) {
+		doctor_skip(doctor, "kernel %s has no module %s: see dkms", doctor_kernel(doctor),
+			    driver->module);
+		return;
+	}
+	if (doctor_is_image(doctor))
+		snprintf(fix, sizeof(fix), DOCTOR_IMAGE);
+	else if (dkms.installed)
+		snprintf(fix, sizeof(fix), "sudo dkms install --force " NAME "/%s -k %s",
+			 dkms.version, doctor_kernel(doctor));
+	else
+		snprintf(fix, sizeof(fix), "sudo make install   # in the source of " NAME);
 	doctor_found(doctor, fix, "kernel %s has no module %s", doctor_kernel(doctor),
 		     driver->module);
 }
@@ -244,16 +309,9 @@ static const char *enforced_by(struct doctor *doctor)
 
 static void look_signature(struct doctor *doctor)
 {
-	static const char enrol[] = "sudo mokutil --import /var/lib/dkms/mok.pub   "
-		"# then restart, and choose Enroll MOK";
-	/* DKMS signs what it builds: to install it once more is not enough */
-	static const char sign[] = "sudo mokutil --import /var/lib/dkms/mok.pub && "
-		"sudo dkms build --force " NAME "/" VERSION " && "
-		"sudo dkms install --force " NAME "/" VERSION "   # then restart, and choose "
-		"Enroll MOK";
 	const struct doctor_driver *driver = doctor_tool_of(doctor)->drivers;
-	const char *who = enforced_by(doctor);
-	char path[PATH_MAX];
+	const char *who = enforced_by(doctor), *key = doctor_key(doctor);
+	char path[PATH_MAX], enrol[256], sign[512];
 	int answer;
 
 	if (!who) {
@@ -271,14 +329,23 @@ static void look_signature(struct doctor *doctor)
 			continue;
 		}
 		answer = is_signed(doctor, path);
-		if (!answer)
+		snprintf(enrol, sizeof(enrol), "sudo mokutil --import %s   # then restart, and "
+			 "choose Enroll MOK", key);
+		/* DKMS signs what it builds: to install it once more is not enough */
+		snprintf(sign, sizeof(sign), "sudo mokutil --import %s && sudo dkms build --force "
+			 NAME "/" VERSION " && sudo dkms install --force " NAME "/" VERSION
+			 "   # then restart, and choose Enroll MOK", key);
+		if (!dkms.version[0])
+			doctor_found(doctor, "sign it with a key that is enrolled, or install by "
+				     "DKMS, which does", "%s, and %s is not loaded: it is refused "
+				     "if it is not signed", who, driver->module);
+		else if (!answer)
 			doctor_found(doctor, sign, "%s, and %s is not signed: it is refused", who,
 				     driver->module);
 		else
 			doctor_found(doctor, enrol, "%s, and %s is not loaded: it is refused if "
-				"its "
-				     "key is not enrolled (`mokutil --test-key "
-				     "/var/lib/dkms/mok.pub' tells)", who, driver->module);
+				     "its key is not enrolled (see `mokutil --test-key %s')", who,
+				     driver->module, key);
 	}
 }
 
@@ -309,9 +376,8 @@ static void look_rules(struct doctor *doctor)
 		}
 		return;
 	}
-	doctor_found(doctor, "sudo apt install --reinstall xhc-xy3-dkms   # or, in the source: "
-		     "sudo make install",
-		     "%s is missing: no names, and no access without root", name);
+	doctor_found(doctor, "install " NAME " again: its package, or `sudo make install' in the "
+		     "source", "%s is missing: no names, and no access without root", name);
 }
 
 const struct doctor_check doctor_install_checks[] = {
