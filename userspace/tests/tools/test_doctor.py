@@ -8,7 +8,9 @@ test kernel has none of it.
 import fcntl
 import grp
 import os
+import shutil
 import struct
+import subprocess
 
 import forward_rig
 import head_rig
@@ -149,6 +151,29 @@ class TestPendant(Checks, rig.Case):
         assert 'udevadm trigger' in look(xhcctl)['access'][0][2]
         self.give(pendant.event_node, pendant.file('flush'))
         assert self.access() == {'ok'}
+
+    def test_access_of_users(self):
+        """One who is no member, and one who has become a member but not logged in again"""
+        pendant = self.plug()
+        self.give(pendant.event_node, pendant.file('flush'))
+        shutil.copy(xhcctl.path, '/run/xhcctl')
+        for member, text, fix in (('', 'you are not in the group dialout', 'usermod -aG dialout'),
+                                  ('nobody', 'but were not when you logged in', 'log out and in')):
+            with open('/run/group', 'w', encoding='ascii') as file:
+                file.write('root:x:0:\ndialout:x:%d:%s\n' % (DIALOUT, member))
+            subprocess.run(['mount', '--bind', '/run/group', '/etc/group'], check=True)
+            try:
+                done = subprocess.run(['/run/xhcctl', 'doctor', '-j'], stdout=subprocess.PIPE,
+                                      user=65534, group=65534, extra_groups=[], cwd='/',
+                                      env={**os.environ, 'ASAN_OPTIONS': 'detect_leaks=0'},
+                                      check=False)
+            finally:
+                subprocess.run(['umount', '/etc/group'], check=True)
+            document, = xhcctl.documents(done.stdout.decode())
+            access = [finding for finding in document['findings'] if finding['id'] == 'access']
+            assert [finding['status'] for finding in access] == ['found', 'found']
+            assert text in access[0]['text']
+            assert fix in access[0]['fix']
 
 
 class TestHead(Checks, forward_rig.Case):

@@ -10,6 +10,7 @@
 #include <json-c/json.h>
 #include <libgen.h>
 #include <limits.h>
+#include <pwd.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -264,6 +265,18 @@ bool doctor_holder(struct doctor *doctor, const char *node, char *name, size_t s
 	"--subsystem-match=xy3 --subsystem-match=iio --subsystem-match=tty"
 #define JOIN "sudo usermod -aG " GROUP " \"$USER\"   # and log in again"
 
+/* By the list of groups; a process has those of its login */
+static bool is_member(const struct group *group)
+{
+	const struct passwd *user = getpwuid(getuid());
+
+	for (char **member = group->gr_mem; user && *member; member++) {
+		if (!strcmp(*member, user->pw_name))
+			return true;
+	}
+	return false;
+}
+
 void doctor_access(struct doctor *doctor, const char *path, bool read, const char *device)
 {
 	const char *whole = doctor_path(doctor, "%s", path);
@@ -285,6 +298,12 @@ void doctor_access(struct doctor *doctor, const char *path, bool read, const cha
 		return;
 	}
 	/* also by an ACL, which udev gives to the seat's user */
+	if (access(whole, read ? R_OK | W_OK : W_OK) && is_member(group)) {
+		doctor_found(doctor, "log out and in again, or restart", "%s: you may not use %s: "
+			     "you are in the group " GROUP ", but were not when you logged in",
+			     device, path);
+		return;
+	}
 	if (access(whole, read ? R_OK | W_OK : W_OK)) {
 		doctor_found(doctor, JOIN, "%s: you may not use %s: you are not in the group "
 			     GROUP, device, path);
