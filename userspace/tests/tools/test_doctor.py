@@ -20,7 +20,7 @@ from tool import FAILURE, OK, Tool
 from xy3_head_sim import wire
 
 xhcctl, xy3ctl = Tool('xhcctl'), Tool('xy3ctl')
-INSTALLATION = {'headers', 'dkms', 'module', 'version', 'signature', 'rules'}
+INSTALLATION = {'headers', 'dkms', 'module', 'blacklist', 'version', 'signature', 'rules'}
 USBDEVFS_DISCONNECT_CLAIM = 0x8108551b
 USBDEVFS_RELEASEINTERFACE = 0x80045510
 LIMIT = 60              # seconds, for what takes none on a machine that has nothing else to do

@@ -163,7 +163,7 @@ class TestCase(case.Case):
     def test_healthy(self):
         for tool in RULES:
             findings = self.assert_well(self.root(tool))
-            for check in ('headers', 'dkms', 'module', 'version', 'signature', 'rules'):
+            for check in ('headers', 'dkms', 'module', 'blacklist', 'version', 'signature', 'rules'):
                 assert [finding[0] for finding in findings[check]] == ['ok'], check
 
     def test_text(self):
@@ -343,6 +343,26 @@ class TestCase(case.Case):
             self.assert_found(root, 'signature', 'is not signed', 'mokutil --import ' + key)
             root.remove(DKMS)           # who signs then is not known
             self.assert_found(root, 'signature', 'refused', 'sign it with a key')
+
+    def test_blacklist(self):
+        for path, text in (('etc/modprobe.d/x.conf', 'blacklist hid_xhc\n'),
+                           ('usr/lib/modprobe.d/x.conf', '# x\nalias a b\nblacklist  hid-xhc\n'),
+                           ('run/modprobe.d/x.conf', 'install hid-xhc /bin/false\n'),
+                           ('proc/cmdline', 'quiet module_blacklist=a,hid_xhc,b ro\n'),
+                           ('proc/cmdline', 'modprobe.blacklist=hid-xhc\n')):
+            with case.row(text):
+                root = self.root('xhcctl')
+                root.write(path, text)
+                assert self.assert_well(root)['blacklist'][0][0] == 'skipped'   # it is loaded
+                root.not_loaded()
+                where = "the kernel's command line" if path == 'proc/cmdline' else '/' + path
+                self.assert_found(root, 'blacklist', where + ' keeps hid-xhc', 'remove it')
+        for text in ('# blacklist hid-xhc\n', 'blacklist hid-xhcx\n', 'blacklist hid\n',
+                     'install hid-xhc modprobe -i hid-xhc\n', 'blacklist\n', '\n'):
+            root.remove('proc/cmdline')
+            root.write('proc/cmdline', 'module_blacklist= xmodule_blacklist=hid-xhc hid-xhc\n')
+            root.write('etc/modprobe.d/x.conf', text)
+            assert self.assert_well(root)['blacklist'][0][0] == 'ok'
 
     def test_version(self):
         root = self.root('xhcctl')

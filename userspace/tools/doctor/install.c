@@ -243,6 +243,94 @@ static void look_modules(struct doctor *doctor)
 		look_module(doctor, driver);
 }
 
+/* ---- modprobe's configuration ---- */
+
+static struct {
+	const char *module;
+	char file[PATH_MAX];	/* that keeps it from being loaded; "" when none does */
+} barred;
+
+/* modprobe takes - and _ for the same */
+static bool is_module(const char *name, const char *module)
+{
+	for (; *name && *module; name++, module++) {
+		if (*name != *module && !(strchr("-_", *name) && strchr("-_", *module)))
+			return false;
+	}
+	return *name == *module;
+}
+
+/* "blacklist MODULE", or "install MODULE" with a command that does not load it */
+static void look_line(char *line, const char *path)
+{
+	char *save, *verb = strtok_r(line, " \t\n", &save), *name = strtok_r(NULL, " \t\n", &save);
+	char *command = name ? strtok_r(NULL, "\n", &save) : NULL;
+
+	if (!name || !is_module(name, barred.module))
+		return;
+	if (!strcmp(verb, "blacklist") ||
+	    (!strcmp(verb, "install") && !(command && strstr(command, "modprobe"))))
+		snprintf(barred.file, sizeof(barred.file), "%s", path);
+}
+
+static void look_modprobe_file(struct doctor *doctor, const char *path)
+{
+	FILE *file = fopen(doctor_path(doctor, "%s", path), "re");
+	char *line = NULL;
+	size_t room = 0;
+
+	if (!file)
+		return;
+	while (getline(&line, &room, file) >= 0)
+		look_line(line, path);
+	free(line);
+	fclose(file);
+}
+
+/* module_blacklist=NAME,... is the kernel's; modprobe.blacklist=NAME,... modprobe's */
+static void look_command_line(struct doctor *doctor)
+{
+	char text[4096], *words = text, *word, *names, *name;
+
+	if (doctor_read(doctor, text, sizeof(text), "/proc/cmdline") < 0)
+		return;
+	while ((word = strsep(&words, " "))) {
+		if (strncmp(word, "module_blacklist=", 17) &&
+		    strncmp(word, "modprobe.blacklist=", 19))
+			continue;
+		names = strchr(word, '=') + 1;
+		while ((name = strsep(&names, ","))) {
+			if (is_module(name, barred.module))
+				snprintf(barred.file, sizeof(barred.file), "the kernel's command "
+					 "line");
+		}
+	}
+}
+
+static void look_blacklist(struct doctor *doctor)
+{
+	const struct doctor_driver *driver = doctor_tool_of(doctor)->drivers;
+
+	for (; driver->module; driver++) {
+		barred.module = driver->module;
+		barred.file[0] = '\0';
+		doctor_each(doctor, "/usr/lib/modprobe.d/*.conf", look_modprobe_file);
+		doctor_each(doctor, "/lib/modprobe.d/*.conf", look_modprobe_file);
+		doctor_each(doctor, "/run/modprobe.d/*.conf", look_modprobe_file);
+		doctor_each(doctor, "/etc/modprobe.d/*.conf", look_modprobe_file);
+		look_command_line(doctor);
+		if (!barred.file[0])
+			doctor_ok(doctor, "nothing keeps %s from being loaded", driver->module);
+		else if (is_loaded(doctor, driver))
+			doctor_skip(doctor, "%s is loaded, although %s names it", driver->module,
+				    barred.file);
+		else
+			doctor_found(doctor, "remove it from there, then load the module by "
+				     "modprobe", "%s keeps %s from being loaded", barred.file,
+				     driver->module);
+	}
+}
+
 static void look_version(struct doctor *doctor)
 {
 	const struct doctor_driver *driver = doctor_tool_of(doctor)->drivers;
@@ -384,6 +472,7 @@ const struct doctor_check doctor_install_checks[] = {
 	{ "headers", "those of the running kernel", look_headers },
 	{ "dkms", "its state", look_dkms },
 	{ "module", "is it there for the running kernel", look_modules },
+	{ "blacklist", "does modprobe's configuration keep it out", look_blacklist },
 	{ "version", "is the loaded module the tool's", look_version },
 	{ "signature", "Secure Boot, and a module that it refuses", look_signature },
 	{ "rules", "udev's", look_rules },
