@@ -9,6 +9,7 @@ import json
 import os
 import re
 import shutil
+import struct
 import subprocess
 import tempfile
 
@@ -529,6 +530,35 @@ class TestCase(case.Case):
         root.write(stats + 'unknown_keys', '0\n')
         root.write('sys/bus/hid/drivers/hid-xhc/%s/awake' % HID, '0\n')
         assert 'asleep' in self.assert_well(root)['state'][0][1]
+
+    def test_keys_with_names_and_linuxcnc_with_numbers(self):
+        root = self.root('xhcctl')
+        bits = 8 * struct.calcsize('l')
+
+        def keys(codes):
+            number = sum(1 << code for code in codes)
+            words = []
+            while number:
+                words.insert(0, '%x' % (number % (1 << bits)))
+                number >>= bits
+            root.write('sys/bus/hid/drivers/hid-xhc/%s/input/input7/capabilities/key' % HID,
+                       ' '.join(words) + '\n')
+
+        hal = 'home/me/linuxcnc/configs/mill/jog.hal'
+        numbers = [0x2c0 + number for number in range(40)]      # BTN_TRIGGER_HAPPY1 and on
+        keys(numbers)
+        assert self.assert_well(root)['linuxcnc'][0][0] == 'skipped'    # no HAL file
+        root.write(hal, '# net a input.0.btn-trigger-happy99\nnet s input.0.btn-trigger-happy31\n'
+                        'net r input.0.btn-trigger-happy23\nnet z  input.0.btn-trigger-happy13\n')
+        assert self.assert_well(root)['linuxcnc'][0][0] == 'ok'
+        for missing in (13, 23):
+            keys([128, 166] + [code for code in numbers if code != 0x2c0 + missing - 1])
+            self.assert_found(root, 'linuxcnc', '/%s has btn-trigger-happy%d,' % (hal, missing),
+                              'xhcctl layout default --apply')
+        keys([128, 166])                # all have names
+        self.assert_found(root, 'linuxcnc', '/' + hal, 'xhcctl layout default --apply')
+        os.rename(root.at('home/me'), root.at('root'))
+        self.assert_found(root, 'linuxcnc', '/root/linuxcnc/', 'xhcctl layout default --apply')
 
     # --- a scanhead ---
 

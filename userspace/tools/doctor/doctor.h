@@ -93,6 +93,9 @@ const char *doctor_key(struct doctor *doctor);
 void doctor_package_fix(struct doctor *doctor, const char *verb, const char *package, char *fix,
 			size_t size);
 
+/* A check of pendants (linuxcnc.c) */
+void look_linuxcnc(struct doctor *doctor);
+
 /* The checks of installation, which both tools have; with an empty one behind the last */
 extern const struct doctor_check doctor_install_checks[];
 extern const struct doctor_tool doctor_pendant;

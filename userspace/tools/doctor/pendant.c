@@ -302,6 +302,7 @@ static const struct doctor_check checks[] = {
 	{ "holder", "a program that holds the pendant by libusb", look_holder },
 	{ "driver", "is it hid-xhc", look_driver },
 	{ "state", "asleep, frames that were lost, keys that are not known", look_state },
+	{ "linuxcnc", "keys in its HAL files that no pendant sends", look_linuxcnc },
 	{ "access", "of the group dialout, and of you", look_access },
 	{ 0 }
 };
