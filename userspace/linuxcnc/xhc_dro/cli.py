@@ -24,8 +24,8 @@ def positive(text):
 
 def parser():
     words = argparse.ArgumentParser(
-        prog='xhc-dro', description="LinuxCNC's positions on the display of an XHC pendant: "
-        'a HAL component, to be started by loadusr.')
+        prog='xhc-dro', description="LinuxCNC's positions on the display of an XHC pendant, "
+        'and what its keys do by MDI: a HAL component, to be started by loadusr.')
     words.add_argument('-i', '--input', metavar='FILE',
                        help='HAL file to run when the pendant has come; it loads hal_input')
     words.add_argument('-m', '--model', choices=sorted(MODELS), default='hb04',
@@ -46,13 +46,14 @@ def main(arguments=None):
     options = parser().parse_args(arguments)
     try:
         import hal
-    except ImportError:
-        say("there is no LinuxCNC here: /usr/bin/python3 finds no module 'hal'")
+        import linuxcnc
+    except ImportError as error:
+        say('there is no LinuxCNC here: /usr/bin/python3 finds no module %r' % error.name)
         return FAILURE
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, stop)
     try:
-        component = Component(hal, options, say)
+        component = Component(hal, linuxcnc, options, say)
     except hal.error as error:
         say(str(error))
         return FAILURE

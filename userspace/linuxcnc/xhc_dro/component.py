@@ -7,13 +7,16 @@ from . import whb04b
 from .display import AXES, Display, find
 from .display import texts as hb_texts
 from .input import Input
+from .macros import ACTIONS, MACROS, Macros
 
 TURN = 0.05             # seconds: twenty times a second, as often as the display takes frames
 SEARCH = 0.25           # seconds between two looks for a pendant that is not there
 
 POSITIONS = tuple('%s-%s' % (system, axis) for system in ('work', 'machine') for axis in AXES)
 FLOATS = POSITIONS + ('feed-override', 'spindle-override', 'velocity', 'spindle-speed', 'step')
-BITS = ('running', 'paused', 'inch')
+SELECTED = tuple('select-' + axis for axis in AXES)
+BITS = ('running', 'paused', 'inch') + SELECTED
+KEYS = ACTIONS + MACROS
 RESULTS = ('connected', 'heartbeat')
 
 
@@ -21,27 +24,35 @@ def texts(values, options, display):
     return hb_texts(values, options.unit, display.available)
 
 
-# Of a model: pins that are floats, pins that are bits, and the text that attributes take
-MODELS = {'hb04': (FLOATS, BITS, texts), 'whb04b': (whb04b.FLOATS, whb04b.BITS, whb04b.texts)}
+def runs(_name, _values):
+    return True
+
+
+# Of a model: pins that are floats, pins that are bits, the text that attributes take, and whether a
+# key runs its macro
+MODELS = {'hb04': (FLOATS, BITS, texts, runs),
+          'whb04b': (whb04b.FLOATS, whb04b.BITS, whb04b.texts, whb04b.runs)}
 
 
 class Component:
-    """Made of the module `hal`, so that a test can bring its own."""
+    """Made of the modules `hal` and `linuxcnc`, so that a test can bring its own."""
 
-    def __init__(self, hal, options, say, **where):
+    def __init__(self, hal, linuxcnc, options, say, **where):
         self.hal = hal
         self.options = options
         self.say = say
         self.where = where
-        self.floats, self.bits, self.texts = MODELS[options.model]
+        self.floats, self.bits, self.texts, self.runs = MODELS[options.model]
         self.pins = hal.component('xhc-dro')
         for name in self.floats:
             self.pins.newpin(name, hal.HAL_FLOAT, hal.HAL_IN)
-        for name in self.bits:
+        for name in self.bits + KEYS:
             self.pins.newpin(name, hal.HAL_BIT, hal.HAL_IN)
         for name in RESULTS:
             self.pins.newpin(name, hal.HAL_BIT, hal.HAL_OUT)
         self.input = Input(options.input, hal, say) if options.input else None
+        self.macros = Macros(linuxcnc, say)
+        self.down = dict.fromkeys(KEYS, True)       # a key that is down at the start runs nothing
         self.display = None
         self.next_search = 0.0
         self.pins.ready()
@@ -53,9 +64,21 @@ class Component:
         works = self.input.works_for(path) if self.input else path is not None
         self.pins['connected'] = works
         self.pins['heartbeat'] = not self.pins['heartbeat']
+        # keys before Fn, which is down first
+        down = {name: bool(self.pins[name]) for name in KEYS}
+        values = {name: self.pins[name] for name in self.floats + self.bits}
+        self._look_at_keys(down, values, works)
         if self.display:
-            values = {name: self.pins[name] for name in self.floats + self.bits}
             self.display.show(self.texts(values, self.options, self.display))
+
+    def _look_at_keys(self, down, values, works):
+        axis = next((name[-1].upper() for name in values
+                     if name.startswith('select-') and values[name]), None)
+        for name in KEYS:
+            if works and down[name] and not self.down[name] and self.runs(name, values):
+                self.macros.start(name, axis)
+        self.down = down
+        self.macros.turn()
 
     def _look_for_pendant(self):
         if self.display and not self.display.there():

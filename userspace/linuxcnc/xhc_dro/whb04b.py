@@ -2,6 +2,7 @@
 """What a WHB04B has instead of an HB04's display: pins, and the text that its attributes take."""
 
 from .display import coordinate, number
+from .macros import ACTIONS
 
 AXES = 'xyzabc'
 SECOND = 'abc'              # the axes that have the rows while the selector is at one of them
@@ -9,7 +10,8 @@ SYSTEMS = ('work', 'machine')
 
 FLOATS = tuple('%s-%s' % (system, axis) for system in SYSTEMS for axis in AXES) + (
     'feed-override', 'spindle-override')
-BITS = ('select-a', 'select-b', 'select-c', 'show-machine', 'mpg', 'reset')
+BITS = tuple('select-' + axis for axis in AXES) + ('show-machine', 'mpg', 'reset', 'fn')
+WITHOUT_FN = ACTIONS + ('macro-10',)
 
 
 def texts(pins, _options, _display):
@@ -25,3 +27,8 @@ def texts(pins, _options, _display):
         'feedrate_override': number(100 * pins['feed-override']),
         'spindle_override': number(100 * pins['spindle-override']),
     }
+
+
+def runs(name, pins):
+    """Most keys are a macro together with Fn; one is a macro without it."""
+    return bool(pins['fn']) != (name in WITHOUT_FN)

@@ -94,6 +94,8 @@ class Mill:
         shutil.rmtree(HOME, ignore_errors=True)
         shutil.copytree(COPY, CONFIG)
         self._edit('DISPLAY = axis', 'DISPLAY = dummy')
+        # the owner's own, which no key runs
+        self._edit('[TRAJ]\n', '[HALUI]\nMDI_COMMAND = M64 P0\nMDI_COMMAND = M64 P0\n\n[TRAJ]\n')
         # so slow that a busy machine has time to see a move stopped
         self._edit('[AXIS_X]\nMAX_VELOCITY = 50', '[AXIS_X]\nMAX_VELOCITY = 5')
         subprocess.run(['chown', '-R', 'nobody:dialout', HOME], check=True)
@@ -231,6 +233,14 @@ class Case(rig.Case):
         device.release(code)
         self.mill.wait(lambda: not is_true('input.0.btn-trigger-happy%d' % code))
         self.finish_cycle()
+
+    def run_macro(self, name, places):
+        """A key whose move ends there, in the mode in which it began."""
+        def done():
+            return all(is_at(*each) for each in places.items()) and self.still()
+
+        self.press(name, lambda: is_true('halui.mode.is-mdi') or done())
+        self.mill.wait(lambda: done() and is_true('halui.mode.is-manual'))
 
     def step(self, wanted):
         for _ in range(4):
@@ -409,6 +419,144 @@ class TestStops(Case):
             self.assert_at('x', places[0] + 30)
 
 
+class Screen:
+    """What an owner does on the screen: commands by MDI, modes, and reading the messages."""
+
+    def __init__(self):
+        import linuxcnc     # only where LinuxCNC is
+        os.environ['HOME'] = HOME       # its table of tools is there
+        self.linuxcnc = linuxcnc
+        self.stat = linuxcnc.stat()
+        self.command = linuxcnc.command()
+        self.errors = linuxcnc.error_channel()
+        while self.errors.poll():
+            pass
+
+    def mode(self, name):
+        self.command.mode(getattr(self.linuxcnc, 'MODE_' + name))
+        assert self.command.wait_complete(PATIENCE) == self.linuxcnc.RCS_DONE
+
+    def mdi(self, *lines):
+        self.mode('MDI')
+        for line in lines:
+            self.command.mdi(line)
+            assert self.command.wait_complete(PATIENCE) == self.linuxcnc.RCS_DONE, line
+        self.mode('MANUAL')
+
+    def codes(self):
+        """All modal G codes in force: not the line number and the last code that is not modal"""
+        self.stat.poll()
+        return self.stat.gcodes[1:2] + self.stat.gcodes[3:]
+
+    def message(self):
+        """-> the text of the next message"""
+        found = []
+
+        def came():
+            message = self.errors.poll()
+            if message:
+                found.append(message[1].strip())
+            return found
+
+        Case.mill.wait(came)
+        return found[0]
+
+
+class TestMacros(Case):
+    def set_up(self):
+        super().set_up()
+        self.screen = Screen()
+        self.add_cleanup(self.as_usual)
+
+    def as_usual(self):
+        self.screen.mdi('G90 G21 G40 G49 G8 G94 G17 G64 G80', 'G10 L2 P1 X0 Y0 Z0 R0', 'G92.1')
+
+    def refused(self, name, reason, pin_name=None):
+        places = {axis: position(axis) for axis in 'xyz'}
+        said = []
+        self.press(name, lambda: said or said.append(self.screen.message()))
+        pin_name = pin_name or name.lower().replace(' ', '-')
+        assert said == ['pendant: %s: %s' % (pin_name, reason)]
+        time.sleep(1)
+        assert all(is_at(axis, place) for axis, place in places.items())
+
+    def test_refused(self):
+        self.screen.mdi('G53 G0 X3 Z-4')
+        self.screen.mode('AUTO')
+        for name in ('Safe-Z', 'Macro 1'):
+            self.refused(name, 'not in auto mode')
+        self.screen.mode('MANUAL')
+        self.screen.mdi('G41.1 D1')
+        self.refused('Goto zero', 'not with cutter compensation (G41, G42)')
+        self.screen.mdi('G40')
+        self.refused('0=', 'no axis is selected', 'zero')
+        self.screen.command.teleop_enable(0)
+        self.mill.wait(lambda: not is_true('halui.mode.is-teleop'))
+        self.screen.command.unhome(2)
+        self.mill.wait(lambda: not is_true('halui.joint.2.is-homed'))
+        self.refused('Goto zero', 'the machine is not homed')
+        self.press('Reset', lambda: is_true('halui.estop.is-activated'))
+        self.refused('Goto zero', 'the machine is not on')
+        self.mill.ready()
+
+    def test_stop_is_before_the_next_line(self):
+        self.screen.mdi('G53 G0 X3 Z-30')
+        device = self.pendant.device
+        device.press(device.model.key_code('Goto zero'))
+        self.mill.wait(lambda: position('z') > -29)
+        self.press('Stop', lambda: is_true('halui.mode.is-manual') and self.still())
+        device.release(device.model.key_code('Goto zero'))
+        time.sleep(1)
+        assert is_at('x', 3) and position('z') < -1
+
+    def test_zero_and_half(self):
+        for lines in ([], ['G20', 'G91'], ['G10 L2 P1 X1 Y2 Z3 R30'], ['G7', 'G92 X1 Z2']):
+            with row(lines=lines):
+                self.screen.mdi('G53 G0 X4 Y-6 Z-5', *lines)
+                before = self.screen.codes()
+                for axis in 'xz':
+                    self.select(axis)
+                    for name, factor in (('1/2=', 0.5), ('0=', 0)):
+                        wanted = factor * self.work(axis)
+                        self.press(name, lambda: is_true('halui.mode.is-mdi') or
+                                   abs(self.work(axis) - wanted) < NEAR)
+                        self.mill.wait(lambda: abs(self.work(axis) - wanted) < NEAR)
+                        self.mill.wait(lambda: is_true('halui.mode.is-manual'))
+                assert self.screen.codes() == before
+                assert [round(position(each), 3) for each in 'xyz'] == [4, -6, -5]
+                self.select('off')
+                self.as_usual()
+
+    @staticmethod
+    def work(axis):
+        return float(pin('halui.axis.%s.pos-relative' % axis))
+
+    def test_the_owners(self):
+        for number in (1, 2, 3, 6, 7):
+            said = []
+            self.press('Macro %d' % number, lambda: said or said.append(self.screen.message()))
+            assert said == ['macro %d' % number]
+            self.mill.wait(lambda: is_true('halui.mode.is-manual'))
+        assert not is_true('motion.digital-out-00')
+
+    def test_modal_states(self):
+        """Whatever is in force, a key ends at the same place, and leaves it in force."""
+        system = 'G10 L2 P1 X3 Y4 Z-2 R%d'
+        for lines, zero in ((['G91', 'G1 F500 X0'], (0, 0)), (['G20'], (0, 0)),
+                            (['G1 F500 X11', system % 0, 'G43.1 Z5'], (3, 4)),
+                            ([system % 30, 'G91', 'G20'], (3, 4)), (['G7', 'G91'], (0, 0)),
+                            ([system % 90, 'G92 X0 Y0 Z0'], (12, -6)), (['G93', 'G7'], (0, 0)),
+                            ([system % 0, 'G20', 'G7', 'G18', 'G61'], (3, 4))):
+            for name in ('Safe-Z', 'Goto zero'):
+                with row(lines=lines, key=name):
+                    self.screen.mdi('G53 G0 X12 Y-6 Z-5', *lines)
+                    before = self.screen.codes()
+                    x, y = zero if name == 'Goto zero' else (position('x'), position('y'))
+                    self.run_macro(name, {'x': x, 'y': y, 'z': 0})
+                    assert self.screen.codes() == before
+                    self.as_usual()
+
+
 class TestKeys(Case):
     def test_go_to_zero(self):
         self.step('1')
@@ -418,10 +566,8 @@ class TestKeys(Case):
             self.turn(detents)
             self.assert_at(axis, end)
         self.select('off')
-        self.press('Goto zero', lambda: is_true('halui.mode.is-mdi'))
-        for axis in 'zx':
-            self.assert_at(axis, 0)
-        self.mill.click('mode.manual', 'mode.is-manual')
+        self.run_macro('Goto zero', {'x': 0, 'z': 0})
+        assert not is_true('motion.digital-out-00')
 
     def test_stop_ends_a_jog(self):
         end = self.long_jog()

@@ -184,8 +184,18 @@ class TestWhb04b(Case):
         self.press('Feed+', lambda: abs(
             float(pin('halui.feed-override.value')) - before - 0.05) < NEAR)
         self.shows(feedrate_override=round(100 * before + 5))
-        self.press('Fn+Feed+', lambda: is_true('xhc.macro-1.out'))
-        assert not is_true('xhc.plain-feed-plus.out')
+        screen = test_linuxcnc.Screen()
+        fn = {'Feed+': 1, 'Feed-': 2, 'Spindle+': 3, 'Spindle-': 4, 'M-Home': 5, 'Safe-Z': 6,
+              'W-Home': 7, 'Spindle on/off': 8, 'Probe-Z': 9, 'Start/Pause': 13, 'Macro 10': 14,
+              'Continuous/MPG': 15, 'Step': 16}
+        screen.mdi('G53 G0 Z-3')
+        for name, number in (('Macro 10', 10), *(('Fn+' + each, fn[each]) for each in fn)):
+            said = []
+            self.press(name, lambda: said or said.append(screen.message()))
+            assert said == ['macro %d' % number]
+            self.mill.wait(lambda: is_true('halui.mode.is-manual'))
+        assert is_at('z', -3) and not is_true('halui.spindle.0.is-on')
+        assert not is_true('xhc.mode.out')
         assert abs(float(pin('halui.feed-override.value')) - before - 0.05) < NEAR
         self.press('Feed-', lambda: abs(float(pin('halui.feed-override.value')) - before) < NEAR)
 

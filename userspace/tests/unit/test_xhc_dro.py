@@ -21,7 +21,7 @@ from busless_pendant import HB04, WHB04B
 PRODUCT = os.path.join(os.path.dirname(os.path.realpath(__file__)), '..', '..', 'linuxcnc')
 sys.path.insert(0, PRODUCT)
 
-from xhc_dro import cli, component, display, whb04b, input as hal_input  # noqa: E402
+from xhc_dro import cli, component, display, macros, whb04b, input as hal_input  # noqa: E402
 from xhc_sim.models import STEPS  # noqa: E402
 
 ATTRIBUTES = ('position', 'feedrate_override', 'spindle_override', 'feedrate', 'spindle_speed',
@@ -63,6 +63,50 @@ class Hal(types.SimpleNamespace):
 
     def component_exists(self, name):
         return name in self.existing
+
+
+class Linuxcnc(types.SimpleNamespace):
+    """The module `linuxcnc`: a mill that is ready, and a list of what it is asked to do."""
+
+    error = OSError
+    STATE_ON, INTERP_IDLE, RCS_DONE, RCS_EXEC, RCS_ERROR = 4, 1, 1, 2, 3
+    MODE_MANUAL, MODE_AUTO, MODE_MDI = 1, 2, 3
+
+    def __init__(self, **state):
+        super().__init__(asked=[], serial=0)
+        self.now = types.SimpleNamespace(**{
+            'poll': lambda: None, 'task_state': 4, 'interp_state': 1, 'task_mode': 1, 'state': 1,
+            'joints': 3, 'homed': (1, 1, 1, 0), 'inpos': True, 'axis_mask': 7,
+            # the line number comes first, and may be that of a code
+            'gcodes': (910, 0, 170, 400, 210, 900), 'linear_units': 1.0, 'rotation_xy': 0.0,
+            'position': (1.0, 2.0, -5.0, 0.0, 0.0, 0.0),
+            'g5x_offset': (10.0, 20.0, 30.0, 0.0, 0.0, 0.0),
+            'g92_offset': (0.0,) * 6, 'tool_offset': (0.0,) * 6, 'echo_serial_number': 0, **state})
+
+    def stat(self):
+        return self.now
+
+    def command(self):
+        return self
+
+    def ini(self, _path):
+        return types.SimpleNamespace(findall=lambda section, name: {
+            'MACRO_1': ['G4 P1', 'M8']}.get(name) if section == 'XHC' else None)
+
+    def _ask(self, what):
+        self.asked.append(what)
+        self.serial += 1
+        self.now.echo_serial_number = self.serial
+
+    def error_msg(self, text):
+        self._ask(text)
+
+    def mdi(self, line):
+        self._ask(line)
+
+    def mode(self, mode):
+        self._ask(mode)
+        self.now.task_mode = mode
 
 
 class TestTexts:
@@ -193,8 +237,9 @@ class TestDisplay(Case):
 class TestComponent(Case):
     def start(self, *words):
         self.hal = Hal()
-        made = component.Component(self.hal, cli.parser().parse_args(words), self.said.append,
-                                   driver=self.driver)
+        self.mill = Linuxcnc()
+        made = component.Component(self.hal, self.mill, cli.parser().parse_args(words),
+                                   self.said.append, driver=self.driver)
         self.add_cleanup(made.end)
         return made
 
@@ -360,10 +405,105 @@ class TestInput(Case):
         assert self.said == ['halcmd -f file: No such file or directory']
 
 
+class TestMacros(Case):
+    @staticmethod
+    def made(mill):
+        with mock.patch.dict(os.environ, INI_FILE_NAME='mill.ini'):
+            return macros.Macros(mill, pytest.fail)
+
+    def asked(self, name='goto-zero', axis=None, **state):
+        mill = Linuxcnc(**state)
+        made = self.made(mill)
+        made.start(name, axis)
+        for _ in range(8):
+            made.turn()
+        return mill.asked
+
+    def test_the_mode_is_as_it_was(self):
+        assert self.asked('safe-z') == [3, 'G53 G0 Z0.0000000', 1]
+        assert self.asked('safe-z', task_mode=3) == [3, 'G53 G0 Z0.0000000', 3]
+
+    @pytest.mark.parametrize('state, x, y', [
+        ({}, 10, 20), ({'g92_offset': (1, 2, 3)}, 11, 22), ({'tool_offset': (1, 2, 3)}, 11, 22),
+        ({'g92_offset': (1, 2, 3), 'rotation_xy': 90}, 8, 21),
+        ({'gcodes': (0, 0, 200)}, 10 / 25.4, 20 / 25.4), ({'gcodes': (0, 0, 70)}, 20, 20),
+        ({'gcodes': (0, 0, 200), 'linear_units': 1 / 25.4}, 10, 20),
+        ({'gcodes': (0, 0, 210), 'linear_units': 1 / 25.4}, 254, 508)])
+    def test_goto_zero(self, state, x, y):
+        assert self.asked(**state) == [
+            3, 'G53 G0 Z0.0000000', 'G53 G0 X%.7f Y%.7f' % (x, y), 1]
+
+    @pytest.mark.parametrize('state, x, y', [
+        ({}, 9, 18), ({'rotation_xy': 90}, 18, -9), ({'gcodes': (0, 0, 910, 70)}, 18, 18)])
+    def test_goto_zero_in_g91(self, state, x, y):
+        """LinuxCNC refuses G53 then."""
+        assert self.asked(**{'gcodes': (0, 0, 910), **state}) == [
+            3, 'G0 Z5.0000000', 'G0 X%.7f Y%.7f' % (x, y), 1]
+
+    @pytest.mark.parametrize('codes, line', [
+        ((0, 800), 'G80'), ((0, 10), 'G53 G1 Z0'), ((0, 10, 910), 'G1 Z0')])
+    def test_the_motion_mode_is_as_it_was(self, codes, line):
+        assert self.asked('safe-z', gcodes=codes)[2:] == [line, 1]
+
+    def test_a_lathe_has_no_y(self):
+        assert self.asked(axis_mask=5) == [3, 'G53 G0 Z0.0000000', 'G53 G0 X10.0000000', 1]
+
+    @pytest.mark.parametrize('name, axis, state, line', [
+        ('zero', 'Y', {}, 'Y0.0000000'), ('half', 'X', {}, 'X-4.5000000'),
+        ('half', 'X', {'gcodes': (0, 0, 70)}, 'X-9.0000000'),
+        ('half', 'Z', {'g92_offset': (0, 0, 1, 0, 0, 0)}, 'Z-18.0000000'),
+        ('half', 'X', {'rotation_xy': 90}, 'X-9.0000000'),
+        ('half', 'A', {'axis_mask': 15, 'gcodes': (0, 0, 200), 'position': (0, 0, 0, 9, 0, 0)},
+         'A4.5000000')])
+    def test_offsets(self, name, axis, state, line):
+        assert self.asked(name, axis, **state) == [3, 'G10 L20 P0 ' + line, 1]
+
+    def test_the_owners(self):
+        assert self.asked('macro-1') == [3, 'G4 P1', 'M8', 1]
+
+    @pytest.mark.parametrize('name, axis, state, reason', [
+        ('safe-z', None, {'task_state': 1}, 'the machine is not on'),
+        ('safe-z', None, {'interp_state': 2}, 'a program runs'),
+        ('safe-z', None, {'task_mode': 2}, 'not in auto mode'),
+        ('zero', 'X', {'homed': (1, 0, 1)}, 'the machine is not homed'),
+        ('macro-1', None, {'inpos': False}, 'the machine moves'),
+        ('macro-2', None, {}, '[XHC]MACRO_2 is not in the ini'),
+        ('zero', None, {}, 'no axis is selected'), ('zero', 'A', {}, 'no axis is selected'),
+        ('safe-z', None, {'axis_mask': 3}, 'there is no axis Z'),
+        *(('goto-zero', None, {'gcodes': (0, 0, code)},
+           'not with cutter compensation (G41, G42)') for code in (410, 411, 420, 421))])
+    def test_refused(self, name, axis, state, reason):
+        assert self.asked(name, axis, **state) == ['pendant: %s: %s' % (name, reason)]
+
+    def test_another_runs(self):
+        mill = Linuxcnc()
+        made = self.made(mill)
+        made.start('goto-zero')
+        made.start('safe-z')
+        assert mill.asked == [3, 'pendant: safe-z: another one runs']
+
+    @pytest.mark.parametrize('state, after', [
+        ({'task_mode': 1}, []), ({'task_state': 1}, []), ({'state': Linuxcnc.RCS_ERROR}, [1]),
+        ({'echo_serial_number': 9}, [1]), ({'echo_serial_number': 1}, []),
+        ({'state': Linuxcnc.RCS_EXEC}, []), ({'inpos': False}, []), ({'interp_state': 2}, [])])
+    def test_no_move_while_or_after_something_else(self, state, after):
+        """Another command may have been Stop."""
+        mill = Linuxcnc()
+        made = self.made(mill)
+        made.start('goto-zero')
+        made.turn()
+        vars(mill.now).update(state)
+        for _ in range(3):
+            made.turn()
+        assert mill.asked == [3, 'G53 G0 Z0.0000000', *after]
+
+
 class TestFiles(Case):
     def test_keys_are_those_of_the_model(self):
         captions = {'goto-zero': 'Goto zero', 'start': 'Start/Pause', 'safe-z': 'Safe-Z',
-                    'step': 'STEP++', 'stop': 'Stop', 'reset': 'Reset'}
+                    'step': 'STEP++', 'stop': 'Stop', 'reset': 'Reset', 'zero': '0=',
+                    'half': '1/2=', **{'macro-%d' % number: 'Macro %d' % number
+                                       for number in (1, 2, 3, 6, 7)}}
         wired = re.findall(r'^net xhc\.key-(\S+) input\.0\.btn-trigger-happy(\d+)$',
                            product('xhc-input.hal'), re.M)
         assert {name: HB04.keys[int(code)] for name, code in wired} == captions
@@ -375,7 +515,8 @@ class TestFiles(Case):
         cleared = re.findall(r'^sets (\S+) 0$', text, re.M)
         assert sorted(wired) == sorted(cleared + ['xhc.wheel'])
         assert text.index('net ') > text.rindex('sets ')
-        assert set(wired) - set(re.findall(r'xhc\.\S+', product('xhc-jog.hal'))) == set()
+        assert set(wired) - set(re.findall(
+            r'xhc\.\S+', product('xhc-jog.hal') + product('xhc-dro.hal'))) == set()
 
     def test_whb04b(self):
         """Keys, selector, what is cleared, and pins, as for the HB04"""
@@ -385,7 +526,7 @@ class TestFiles(Case):
             'feed-minus': 'Feed-', 'spindle-plus': 'Spindle+', 'spindle-minus': 'Spindle-',
             'm-home': 'M-Home', 'safe-z': 'Safe-Z', 'w-home': 'W-Home',
             'spindle': 'Spindle on/off', 'fn': 'Fn', 'probe-z': 'Probe-Z',
-            'continuous': 'Continuous/MPG', 'step': 'Step'}
+            'continuous': 'Continuous/MPG', 'step': 'Step', 'macro-10': 'Macro 10'}
         wired = dict(re.findall(r'^net xhc\.(\S+) input\.0\.btn-trigger-happy(\d+)$', text, re.M))
         assert {name: WHB04B.keys[int(code)] for name, code in wired.items()
                 if name.startswith('key-')} == {'key-' + name: caption
@@ -395,10 +536,12 @@ class TestFiles(Case):
         signals = re.findall(r'^net (\S+) input\.', text, re.M)
         cleared = re.findall(r'^sets (\S+) 0$', text, re.M)
         assert sorted(signals) == sorted(cleared + ['xhc.wheel'])
-        assert set(signals) - set(re.findall(r'xhc\.\S+', product('xhc-whb04b-jog.hal'))) == set()
+        assert set(signals) - set(re.findall(
+            r'xhc\.\S+', product('xhc-whb04b-jog.hal') + product('xhc-whb04b-dro.hal'))) == set()
         pins = re.findall(r'xhc-dro\.(\S+)', product('xhc-whb04b-dro.hal'))
         assert sorted(pins) == sorted(
-            set(whb04b.FLOATS + whb04b.BITS + component.RESULTS) - {'show-machine'})
+            set(whb04b.FLOATS + whb04b.BITS + component.RESULTS + component.KEYS) -
+            {'show-machine', 'zero', 'half', 'macro-11', 'macro-12'})
 
     def test_no_component_has_more_names_than_it_takes(self):
         for name in ('xhc-jog.hal', 'xhc-whb04b-jog.hal'):
@@ -412,7 +555,13 @@ class TestFiles(Case):
     def test_every_input_pin_but_inch_is_wired(self):
         wired = re.findall(r'xhc-dro\.(\S+)', product('xhc-dro.hal'))
         assert sorted(wired) == sorted(
-            set(component.FLOATS + component.BITS + component.RESULTS) - {'inch'})
+            set(component.FLOATS + component.BITS + component.RESULTS + component.KEYS) -
+            {'inch'} - {'macro-%d' % number for number in (4, 5, *range(8, 17))})
+
+    def test_no_key_runs_a_command_by_its_number(self):
+        for name in os.listdir(PRODUCT):
+            if name.endswith('.hal'):
+                assert 'mdi-command' not in product(name)
 
     def test_steps_are_on_the_display(self):
         steps = re.findall(r'^setp mux-gen\.00\.in-float-\d+ (\S+)$', product('xhc-jog.hal'),
@@ -426,5 +575,5 @@ class TestFiles(Case):
             for option in action.option_strings:
                 assert 'Fl ' + option[1:] in page
         for pin in (component.FLOATS + component.BITS + component.RESULTS + whb04b.FLOATS +
-                    whb04b.BITS):
+                    whb04b.BITS + component.KEYS):
             assert re.search(r'\b%s\b' % pin, page)
