@@ -28,10 +28,11 @@ def runs(_name, _values):
     return True
 
 
-# Of a model: pins that are floats, pins that are bits, the text that attributes take, and whether a
-# key runs its macro
-MODELS = {'hb04': (FLOATS, BITS, texts, runs),
-          'whb04b': (whb04b.FLOATS, whb04b.BITS, whb04b.texts, whb04b.runs)}
+# Of a model: pins that are floats, pins that are bits, the text that attributes take, whether a key
+# runs its macro, and what makes a jog of the wheel's counts
+MODELS = {'hb04': (FLOATS, BITS, texts, runs, None),
+          'whb04b': (whb04b.FLOATS + whb04b.LIMITS, whb04b.BITS, whb04b.texts, whb04b.runs,
+                     whb04b.Wheel)}
 
 
 class Component:
@@ -42,7 +43,8 @@ class Component:
         self.options = options
         self.say = say
         self.where = where
-        self.floats, self.bits, self.texts, self.runs = MODELS[options.model]
+        self.floats, self.bits, self.texts, self.runs, wheel = MODELS[options.model]
+        self.wheel = wheel() if wheel else None
         self.pins = hal.component('xhc-dro')
         for name in self.floats:
             self.pins.newpin(name, hal.HAL_FLOAT, hal.HAL_IN)
@@ -50,6 +52,12 @@ class Component:
             self.pins.newpin(name, hal.HAL_BIT, hal.HAL_IN)
         for name in RESULTS:
             self.pins.newpin(name, hal.HAL_BIT, hal.HAL_OUT)
+        if self.wheel:
+            for name in whb04b.NUMBERS:
+                self.pins.newpin(name, hal.HAL_S32, hal.HAL_IN)
+            self.pins.newpin('jog-speed', hal.HAL_FLOAT, hal.HAL_OUT)
+            for name in whb04b.JOG_BITS:
+                self.pins.newpin(name, hal.HAL_BIT, hal.HAL_OUT)
         self.input = Input(options.input, hal, say) if options.input else None
         self.macros = Macros(linuxcnc, say)
         self.down = dict.fromkeys(KEYS, True)       # a key that is down at the start runs nothing
@@ -68,6 +76,11 @@ class Component:
         down = {name: bool(self.pins[name]) for name in KEYS}
         values = {name: self.pins[name] for name in self.floats + self.bits}
         self._look_at_keys(down, values, works)
+        if self.wheel:
+            values.update({name: self.pins[name] for name in whb04b.NUMBERS})
+            values.update(self.wheel.turn(values, works, time.monotonic()))
+            for name in ('jog-speed', *whb04b.JOG_BITS):
+                self.pins[name] = values[name]
         if self.display:
             self.display.show(self.texts(values, self.options, self.display))
 
@@ -98,6 +111,9 @@ class Component:
     def end(self):
         """Whatever happens, nothing is left that says the pendant may jog."""
         self.pins['connected'] = False
+        if self.wheel:
+            for name in whb04b.JOGS:
+                self.pins[name] = False
         if self.display:
             self.display.close()
         self.pins.exit()

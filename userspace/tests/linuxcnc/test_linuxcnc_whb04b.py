@@ -8,6 +8,7 @@ import os
 import shutil
 import subprocess
 
+import case
 from halcmd import USER, Halcmd
 import rig
 from rig import find
@@ -19,7 +20,8 @@ INI = CONFIG + '/xhc-whb04b.ini'
 AXES = 'xyzabc'
 HOME_KEY = 8
 PINS = (*test_linuxcnc.PINS, 'input.0.abs-throttle-counts', 'xhc.scale.out', 'xhc.on-a.out',
-        'halui.axis.a.pos-feedback', 'halui.joint.5.is-homed', 'xhc.mode.out')
+        'halui.axis.a.pos-feedback', 'halui.joint.5.is-homed', 'xhc-dro.mode-step',
+        'xhc-dro.mode-continuous', 'xhc-dro.mode-mpg')
 
 setup_module = test_linuxcnc.setup_module
 
@@ -166,17 +168,51 @@ class TestWhb04b(Case):
         self.finish_cycle()
         assert is_at('x', start)
 
-    def test_modes(self):
-        self.rotary('100%', 10)
-        self.press('Continuous/MPG', lambda: is_true('xhc.mode.out'))
+    def test_mpg(self):
+        self.press('Continuous/MPG', lambda: is_true('xhc-dro.mode-continuous'))
+        self.press('Continuous/MPG', lambda: is_true('xhc-dro.mode-mpg'))
+        self.add_cleanup(self.press, 'Step', lambda: is_true('xhc-dro.mode-step'))
         self.shows(mode='mpg')
-        self.mill.wait(lambda: abs(float(pin('xhc.scale.out')) - 0.1) < 1e-9)
+        self.rotary('100%', 0.1)
         self.select('x')
         start = position('x')
         self.device.turn(2)
         self.mill.wait(lambda: abs(position('x') - start) > NEAR)
-        self.press('Step', lambda: not is_true('xhc.mode.out'))
-        self.shows(mode='step')
+
+    def turn_on(self, detents, condition):
+        def turned():
+            self.device.turn(detents)
+            return condition()
+
+        self.mill.wait(turned)
+
+    def test_continuous(self):
+        """As long as the wheel turns, with a part of the greatest velocity, and no longer."""
+        self.press('Continuous/MPG', lambda: is_true('xhc-dro.mode-continuous'))
+        self.add_cleanup(self.press, 'Step', lambda: is_true('xhc-dro.mode-step'))
+        self.shows(mode='continuous')
+        for axis, name, detents, percent in (('x', '30%', 1, 30), ('b', '10%', -1, 10),
+                                             ('x', '5%', -1, 5)):
+            with case.row(axis=axis, rotary=name, detents=detents):
+                self.device.turn_feed(self.device.model.feed[name])
+                self.select(axis)
+                start = position(axis)
+                self.turn_on(detents, lambda: abs(
+                    float(pin('motion.current-vel')) - 50 * percent / 100) < 0.01)
+                self.mill.wait(lambda: not is_true('motion.jog-is-active'))
+                place = position(axis)
+                assert (place - start) * detents > 0
+                self.assert_at(axis, place)
+        self.turn_on(1, lambda: is_true('motion.jog-is-active'))
+        self.select('y')
+        self.mill.wait(lambda: not is_true('motion.jog-is-active'))
+        place = position('y')
+        self.device.turn_feed(self.device.model.feed['lead'])
+        self.mill.wait(lambda: int(pin('input.0.abs-throttle-counts')) == 7)
+        before = int(pin('input.0.rel-dial-counts'))
+        self.device.turn(5)
+        self.mill.wait(lambda: int(pin('input.0.rel-dial-counts')) == before + 5)
+        self.assert_at('y', place)
 
     def test_feed_and_fn(self):
         """With Fn a key is a macro, and nothing else."""
@@ -195,7 +231,7 @@ class TestWhb04b(Case):
             assert said == ['macro %d' % number]
             self.mill.wait(lambda: is_true('halui.mode.is-manual'))
         assert is_at('z', -3) and not is_true('halui.spindle.0.is-on')
-        assert not is_true('xhc.mode.out')
+        assert is_true('xhc-dro.mode-step')
         assert abs(float(pin('halui.feed-override.value')) - before - 0.05) < NEAR
         self.press('Feed-', lambda: abs(float(pin('halui.feed-override.value')) - before) < NEAR)
 

@@ -37,7 +37,7 @@ def product(name):
 class Hal(types.SimpleNamespace):
     """The module `hal`: one component, and a list of those that exist."""
 
-    HAL_FLOAT, HAL_BIT, HAL_IN, HAL_OUT = 'float', 'bit', 'in', 'out'
+    HAL_FLOAT, HAL_BIT, HAL_S32, HAL_IN, HAL_OUT = 'float', 'bit', 's32', 'in', 'out'
     error = RuntimeError
 
     def __init__(self):
@@ -48,7 +48,7 @@ class Hal(types.SimpleNamespace):
 
         class Pins(dict):
             def newpin(self, pin, kind, direction):
-                self[pin] = 0.0 if kind == hal.HAL_FLOAT else False
+                self[pin] = {hal.HAL_FLOAT: 0.0, hal.HAL_S32: 0}.get(kind, False)
                 hal.kinds[pin] = (kind, direction)
 
             def ready(self):
@@ -306,12 +306,91 @@ class TestComponent(Case):
             made.pins['select-' + axis] = False
             made.turn()
             assert self.get(path, 'rows') == '1.5000 2.5000 3.5000'
-        made.pins.update({'show-machine': True, 'mpg': True, 'reset': True})
-        made.turn()
+        made.pins.update({'show-machine': True, 'reset': True})
+        for mode in ('continuous', 'mpg', 'continuous'):
+            made.pins['key-continuous'] = True
+            made.turn()
+            made.pins['key-continuous'] = False
+            made.turn()
+            assert self.get(path, 'mode')[:len(mode)] == mode
         assert self.get(path, 'rows') == '-1.0000 -2.0000 -3.0000'
         assert self.get(path, 'coordinates').startswith('machine')
-        assert (self.get(path, 'mode')[:3], self.get(path, 'reset')) == ('mpg', '1')
+        assert self.get(path, 'reset') == '1'
         assert self.said == []
+
+
+class TestWheel:
+    """The mode continuous: a jog as long as the wheel turns"""
+
+    PINS = {**dict.fromkeys(whb04b.BITS, False), 'max-velocity': 50.0,
+            'max-angular-velocity': 20.0, 'wheel': 7, 'rotary': 4}
+
+    def made(self, mode='continuous'):
+        made = whb04b.Wheel()
+        made.mode = mode
+        self.at(made)
+        return made
+
+    def at(self, made, now=0.0, works=True, **pins):
+        """-> which pins that jog are on"""
+        self.found = made.turn({**self.PINS, 'select-x': True,
+                                **{name.replace('_', '-'): pins[name] for name in pins}},
+                               works, now)
+        return {name for name in whb04b.JOGS if self.found[name]}
+
+    def test_as_long_as_it_turns(self):
+        made = self.made()
+        assert self.at(made, 1) == set()
+        assert self.at(made, 2, wheel=8) == {'plus-x'}
+        assert self.at(made, 2.2, wheel=8) == {'plus-x'}
+        assert self.at(made, 2.2, wheel=9) == {'plus-x'}
+        assert self.at(made, 2.44, wheel=9) == {'plus-x'}
+        assert self.at(made, 2.46, wheel=9) == set()
+        assert self.at(made, 3, wheel=7) == {'minus-x'}
+
+    def test_turned_back_it_stops_first(self):
+        made = self.made()
+        assert self.at(made, 1, wheel=8) == {'plus-x'}
+        assert self.at(made, 1.1, wheel=7) == set()
+        assert self.at(made, 1.2, wheel=6) == {'minus-x'}
+
+    def test_another_axis(self):
+        made = self.made()
+        assert self.at(made, 1, wheel=8) == {'plus-x'}
+        assert self.at(made, 1.1, wheel=9, select_x=False, select_y=True) == set()
+        assert self.at(made, 1.2, wheel=10, select_x=False, select_y=True) == {'plus-y'}
+
+    @pytest.mark.parametrize('pins', [
+        {'works': False}, {'select_x': False}, {'rotary': 7}, {'rotary': 0}, {'select_y': True}])
+    def test_no_jog(self, pins):
+        assert self.at(self.made(), 1, wheel=8, **pins) == set()
+
+    @pytest.mark.parametrize('mode', ['step', 'mpg'])
+    def test_other_modes(self, mode):
+        assert self.at(self.made(mode), 1, wheel=8) == set()
+        assert self.found['detents'] and self.found['mode-' + mode] and not self.found['mode-continuous']
+
+    @pytest.mark.parametrize('pins, speed', [
+        ({}, 900), ({'rotary': 1}, 60), ({'rotary': 6}, 3000), ({'rotary': 7}, 0),
+        ({'select_x': False, 'select_b': True}, 360), ({'select_x': False}, 0)])
+    def test_speed(self, pins, speed):
+        self.at(self.made(), **pins)
+        assert self.found['jog-speed'] == speed
+        assert not self.found['detents']
+
+    def test_keys(self):
+        """Not with Fn, not while nothing works, and once each time that one is pressed."""
+        made = whb04b.Wheel()
+        for pins, mode in (({'key_continuous': True}, 'step'), ({}, 'step'),
+                           ({'key_continuous': True}, 'continuous'),
+                           ({'key_continuous': True}, 'continuous'), ({}, 'continuous'),
+                           ({'key_continuous': True, 'fn': True}, 'continuous'),
+                           ({}, 'continuous'),
+                           ({'key_continuous': True, 'works': False}, 'continuous'),
+                           ({}, 'continuous'), ({'key_continuous': True}, 'mpg'),
+                           ({'key_step': True}, 'step')):
+            self.at(made, **pins)
+            assert made.mode == mode
 
 
 class TestInput(Case):
@@ -540,8 +619,9 @@ class TestFiles(Case):
             r'xhc\.\S+', product('xhc-whb04b-jog.hal') + product('xhc-whb04b-dro.hal'))) == set()
         pins = re.findall(r'xhc-dro\.(\S+)', product('xhc-whb04b-dro.hal'))
         assert sorted(pins) == sorted(
-            set(whb04b.FLOATS + whb04b.BITS + component.RESULTS + component.KEYS) -
-            {'show-machine', 'zero', 'half', 'macro-11', 'macro-12'})
+            set(whb04b.FLOATS + whb04b.BITS + component.RESULTS + component.KEYS +
+                whb04b.LIMITS + whb04b.NUMBERS + whb04b.JOG_BITS + ('jog-speed',)) -
+            {'show-machine', 'zero', 'half', 'macro-11', 'macro-12', 'mode-step', 'mode-continuous'})
 
     def test_no_component_has_more_names_than_it_takes(self):
         for name in ('xhc-jog.hal', 'xhc-whb04b-jog.hal'):
@@ -575,5 +655,6 @@ class TestFiles(Case):
             for option in action.option_strings:
                 assert 'Fl ' + option[1:] in page
         for pin in (component.FLOATS + component.BITS + component.RESULTS + whb04b.FLOATS +
-                    whb04b.BITS + component.KEYS):
+                    whb04b.BITS + component.KEYS + whb04b.LIMITS + whb04b.NUMBERS +
+                    whb04b.JOG_BITS + ('jog-speed',)):
             assert re.search(r'\b%s\b' % pin, page)
