@@ -507,6 +507,24 @@ static void gap_test(struct kunit *test)
 		}
 }
 
+/* In front of the first scan, in memory that ends behind it */
+static void front_gap_test(struct kunit *test)
+{
+	const struct default_row *row = test->param_value;
+	size_t size = row->sync_is_line ? 2 * row->wire.lines / 8 : 0;
+	u8 *out = kunit_kzalloc(test, max_t(size_t, size, 1), GFP_KERNEL);
+	struct xy3_line_map map;
+
+	KUNIT_ASSERT_NOT_NULL(test, out);
+	KUNIT_ASSERT_EQ(test, map_init(test, &map, &row->wire), 0);
+	KUNIT_ASSERT_EQ(test, xy3_gap_size(&map), size);
+	xy3_encode_gap(&map, out);
+	for (size_t clock = 0; clock < size * 8 / row->wire.lines; clock++)
+		for (unsigned int line = 0; line < row->wire.lines; line++)
+			KUNIT_EXPECT_EQ(test, line_at(&row->wire, out, line, clock),
+					row->wire.signal[line] == SYNC);
+}
+
 /* With all ones on X, the other lines are low from first to last clock */
 static void unused_test(struct kunit *test)
 {
@@ -662,6 +680,7 @@ static struct kunit_case xy3_lines_cases[] = {
 	KUNIT_CASE_PARAM(invalid_test, invalid_gen_params),
 	KUNIT_CASE_PARAM(bytes_test, bytes_gen_params),
 	KUNIT_CASE(gap_test),
+	KUNIT_CASE_PARAM(front_gap_test, default_gen_params),
 	KUNIT_CASE(unused_test),
 	KUNIT_CASE_PARAM(lower_gate_test, gate_gen_params),
 	KUNIT_CASE(word_test),

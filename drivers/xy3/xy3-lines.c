@@ -191,6 +191,18 @@ static __always_inline u8 *xy3_put(unsigned int lines, u64 bits, u8 *out)
 	return out + lines;
 }
 
+/* Two clocks in which some lines are high; the others are low */
+static __always_inline u8 *xy3_put_gap(unsigned int lines, u8 high, u8 *out)
+{
+	if (lines == 4) {
+		*out++ = XY3_GAP4 * high;
+	} else {
+		*out++ = XY3_GAP8 * high;
+		*out++ = XY3_GAP8 * high;
+	}
+	return out;
+}
+
 /*
  * The frames of all axes, and if SYNC is a line the gap behind them, in which lines of @held stay
  * high. Return where it ends.
@@ -205,14 +217,7 @@ static __always_inline u8 *xy3_put_scan(const struct xy3_clocks *clocks, unsigne
 		out = xy3_put(lines, clocks->fourth, out);
 	if (sync_line < 0)
 		return out;
-	held |= BIT(sync_line);
-	if (lines == 4) {
-		*out++ = XY3_GAP4 * held;
-	} else {
-		*out++ = XY3_GAP8 * held;
-		*out++ = XY3_GAP8 * held;
-	}
-	return out;
+	return xy3_put_gap(lines, held | BIT(sync_line), out);
 }
 
 /* One line, which is X's */
@@ -280,6 +285,28 @@ void xy3_encode_scans(const struct xy3_line_map *map, const u32 *codes, size_t s
 	case 8 << 8 | 32:
 		return xy3_put_positions(map, 8, 32, codes, scans, out);
 	}
+}
+
+/**
+ * xy3_gap_size() - bytes of the gap between scans
+ * @map: the line map
+ *
+ * Return: that, which is 0 where SYNC is the chip select.
+ */
+size_t xy3_gap_size(const struct xy3_line_map *map)
+{
+	return map->sync_line < 0 ? 0 : XY3_GAP_CLOCKS * map->lines / 8;
+}
+
+/**
+ * xy3_encode_gap() - make the bytes of a gap in front of the first scan
+ * @map: the line map
+ * @out: as many bytes as xy3_gap_size() says
+ */
+void xy3_encode_gap(const struct xy3_line_map *map, u8 *out)
+{
+	if (map->sync_line >= 0)
+		xy3_put_gap(map->lines, BIT(map->sync_line), out);
 }
 
 /* Clear the gate's bit in all clocks of some bytes */

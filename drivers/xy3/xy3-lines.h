@@ -12,7 +12,8 @@
  *
  * SYNC is either the chip select, which then goes up and down for each scan, or a line of its
  * own: low during a frame, high for the two clocks between frames, so that scans follow one
- * another in one unbroken stream.
+ * another in one unbroken stream. It begins with a gap as well: where a controller leaves its lines
+ * meanwhile is its own affair, and SYNC must be seen to fall.
  *
  * A line that is left can carry a gate for the laser: high in all clocks of a scan that asks for
  * it, those of the gap behind it among them, so that it has no dips while scans ask for it one
@@ -87,6 +88,8 @@ int xy3_line_map_init(struct xy3_line_map *map, unsigned int lines, unsigned int
 		      const u8 *signal);
 const u8 *xy3_default_signals(unsigned int lines, bool sync_is_line);
 
+size_t xy3_gap_size(const struct xy3_line_map *map);
+void xy3_encode_gap(const struct xy3_line_map *map, u8 *out);
 void xy3_encode_scans(const struct xy3_line_map *map, const u32 *codes, size_t scans, u8 *out);
 void xy3_lower_gate(const struct xy3_line_map *map, u8 *scan);
 void xy3_lower_gate_behind(const struct xy3_line_map *map, u8 *scan);

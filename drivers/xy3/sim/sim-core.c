@@ -91,6 +91,10 @@ static bool realtime;
 module_param(realtime, bool, 0444);
 MODULE_PARM_DESC(realtime, "Transfers take as long as on a wire (default: no)");
 
+static char *idle = "keep";
+module_param(idle, charp, 0444);
+MODULE_PARM_DESC(idle, "Data lines between messages: keep, low, high or float (default: keep)");
+
 static unsigned int turnaround_us = 20;
 module_param(turnaround_us, uint, 0444);
 MODULE_PARM_DESC(turnaround_us, "Time between two messages that follow one another (default: 20)");
@@ -210,6 +214,7 @@ void xy3_sim_reset_counts(struct xy3_sim *sim)
 	}
 	head->scans = 0;
 	head->short_gaps = 0;
+	head->stalled_frames = 0;
 	head->stray_clocks = 0;
 	head->gate_scans = 0;
 	head->gate_torn = 0;
@@ -247,6 +252,7 @@ void xy3_sim_power_cycle(struct xy3_sim *sim)
 		head->axis[i].code = 0;
 	}
 	head->inside = false;
+	head->stalled = false;
 	head->clocks = 0;
 	head->gap = XY3_SIM_GAP_CLOCKS;
 	head->autocalib = 0;
@@ -321,6 +327,13 @@ static const char * const sim_mode_names[] = {
 	[XY3_SIM_MODES_CLAIMED] = "claimed",
 };
 
+static const char * const sim_idle_names[] = {
+	[XY3_SIM_IDLE_KEEP] = "keep",
+	[XY3_SIM_IDLE_LOW] = "low",
+	[XY3_SIM_IDLE_HIGH] = "high",
+	[XY3_SIM_IDLE_FLOAT] = "float",
+};
+
 static int __init sim_read_parameters(void)
 {
 	bool line = !strcmp(framing, "line");
@@ -341,6 +354,10 @@ static int __init sim_read_parameters(void)
 	if (err < 0)
 		return err;
 	sim_config.modes = err;
+	err = match_string(sim_idle_names, ARRAY_SIZE(sim_idle_names), idle);
+	if (err < 0)
+		return err;
+	sim_config.idle = err;
 	if ((word_bits != 16 && word_bits != 32) || driven_lines > lines ||
 	    lanes > XY3_SIM_LINES_MAX || turnaround_us > USEC_PER_SEC)
 		return -EINVAL;

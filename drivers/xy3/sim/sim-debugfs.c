@@ -104,9 +104,9 @@ static void sim_stats_show(struct seq_file *seq, struct xy3_sim *sim, unsigned i
 	const struct xy3_sim_head *head = &sim->head;
 
 	seq_printf(seq, "scans %llu\ncommands %llu\nunknown_commands %llu\nshort_gaps %llu\n"
-		   "stray_clocks %llu\nrecorded %u\nrecord_room %u\n",
+		   "stalled_frames %llu\nstray_clocks %llu\nrecorded %u\nrecord_room %u\n",
 		   head->scans, head->commands, head->unknown_commands, head->short_gaps,
-		   head->stray_clocks, sim->record.count, sim->record.room);
+		   head->stalled_frames, head->stray_clocks, sim->record.count, sim->record.room);
 }
 
 static void sim_gate_show(struct seq_file *seq, struct xy3_sim *sim, unsigned int index)

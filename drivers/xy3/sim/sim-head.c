@@ -296,6 +296,11 @@ static void sim_end_frame(struct xy3_sim *sim)
 	head->inside = false;
 	head->clocks = 0;
 	head->gap = 0;
+	if (head->stalled) {
+		head->stalled = false;
+		head->stalled_frames += !!clocks;
+		return;
+	}
 	if (clocks && xy3_sim_fault(sim, XY3_SIM_SPI_CLOCK))
 		clocks--;
 	if (!clocks)
@@ -353,6 +358,31 @@ static __always_inline void sim_clock(struct xy3_sim *sim, u8 symbol)
 	if (head->clocks < XY3_SIM_CLOCKS_MAX)
 		head->symbol[head->clocks] = symbol;
 	head->clocks++;
+}
+
+/**
+ * xy3_sim_head_idle() - the controller has sent a message, and its clock stands still
+ * @sim: the head; its lock is held
+ * @levels: where the data lines are
+ *
+ * SYNC begins and ends frames without a clock, too. A frame that has begun so does not go on within
+ * the time of a frame: the head gives it up, and waits for SYNC to fall again.
+ */
+void xy3_sim_head_idle(struct xy3_sim *sim, u8 levels)
+{
+	struct xy3_sim_head *head = &sim->head;
+
+	if (head->gate >= 0)
+		head->gate_high = levels >> head->gate & 1;
+	if (head->sync < 0)
+		return;
+	if (levels >> head->sync & 1) {
+		if (head->inside)
+			sim_end_frame(sim);
+		return;
+	}
+	head->inside = true;
+	head->stalled = true;
 }
 
 /**
@@ -421,6 +451,7 @@ void xy3_sim_head_wire(struct xy3_sim *sim, unsigned int lines, const u8 *signal
 	head->gate = -1;
 	head->gate_high = false;
 	head->inside = false;
+	head->stalled = false;
 	head->clocks = 0;
 	head->gap = XY3_SIM_GAP_CLOCKS;
 	for (unsigned int i = 0; i < XY3_SIM_AXES; i++)

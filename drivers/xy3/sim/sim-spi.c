@@ -234,6 +234,21 @@ static int sim_transfers(struct xy3_sim *sim, struct spi_message *message)
 	return 0;
 }
 
+/* The message is over: what becomes of the data lines? The chip select is not active. */
+static void sim_idle(struct xy3_sim *sim)
+{
+	switch (sim->config->idle) {
+	case XY3_SIM_IDLE_KEEP:
+		return;
+	case XY3_SIM_IDLE_LOW:
+		return xy3_sim_head_idle(sim, 0);
+	case XY3_SIM_IDLE_HIGH:
+		return xy3_sim_head_idle(sim, U8_MAX);
+	case XY3_SIM_IDLE_FLOAT:
+		return xy3_sim_head_idle(sim, xy3_sim_random(sim, 256));
+	}
+}
+
 /* Time that the fault takes, in ms */
 static unsigned int sim_stall(struct xy3_sim *sim)
 {
@@ -264,6 +279,7 @@ static int sim_message(struct spi_controller *controller, struct spi_message *me
 		} else {
 			sim->bus.messages++;
 		}
+		sim_idle(sim);
 		if (sim->realtime)
 			until = sim->bus.until;
 	}
@@ -444,6 +460,8 @@ int xy3_sim_spi_add(struct xy3_sim *sim)
 	if (!controller)
 		return -ENOMEM;
 	sim->controller = controller;
+	scoped_guard(mutex, &sim->lock)
+		sim_idle(sim);
 	spi_controller_set_devdata(controller, sim);
 	controller->bus_num = -1;
 	controller->num_chipselect = 1;

@@ -54,6 +54,20 @@ enum xy3_sim_modes {
 };
 
 /**
+ * enum xy3_sim_idle - the data lines between messages, while the clock stands still
+ * @XY3_SIM_IDLE_KEEP: each keeps its last level
+ * @XY3_SIM_IDLE_LOW: low
+ * @XY3_SIM_IDLE_HIGH: high
+ * @XY3_SIM_IDLE_FLOAT: nothing drives them: each is at any level
+ */
+enum xy3_sim_idle {
+	XY3_SIM_IDLE_KEEP,
+	XY3_SIM_IDLE_LOW,
+	XY3_SIM_IDLE_HIGH,
+	XY3_SIM_IDLE_FLOAT,
+};
+
+/**
  * struct xy3_sim_config - what the module's parameters say, the same for all heads
  * @lines: data lines of the controller: 1, 2, 4 or 8
  * @device_lines: data lines that the SPI device is said to have
@@ -68,6 +82,7 @@ enum xy3_sim_modes {
  * @flash_only: no plain transfers, spi-mem only (spi-zynqmp-gqspi)
  * @lsb_first: firmware says that the lowest bit goes first
  * @lanes: lanes of one line that firmware describes, 0 for a bus width
+ * @idle: the data lines between messages
  * @turnaround_us: time between two messages that follow one another
  * @uart_max: highest speed of the UART in bit/s
  * @modalias: of the SPI device
@@ -89,6 +104,7 @@ struct xy3_sim_config {
 	bool flash_only;
 	bool lsb_first;
 	unsigned int lanes;
+	enum xy3_sim_idle idle;
 	unsigned int turnaround_us;
 	unsigned int uart_max;
 	const char *modalias;
@@ -155,12 +171,14 @@ struct xy3_sim_command {
  * @gate_commands: commands with which it was high
  * @axis: the axes
  * @inside: SYNC is low: a frame is being received
+ * @stalled: SYNC has fallen while the clock stood still: the head does not wait for this frame
  * @wrong_mode: data change at the edge of CLK at which the head takes them
  * @clocks: of the frame so far
  * @gap: clocks since the last one, when SYNC is a line
  * @symbol: the lines' levels in each clock of the frame
  * @scans: frames with a good position on at least one axis
  * @short_gaps: frames that began too soon after the one before
+ * @stalled_frames: frames that are lost as SYNC fell while the clock stood still
  * @stray_clocks: clocks outside of a frame, with the chip select not active
  * @commands: received in good frames on X
  * @unknown_commands: those among them that mean nothing
@@ -182,12 +200,14 @@ struct xy3_sim_head {
 	u64 gate_commands;
 	struct xy3_sim_axis axis[XY3_SIM_AXES];
 	bool inside;
+	bool stalled;
 	bool wrong_mode;
 	u32 clocks;
 	u32 gap;
 	u8 symbol[XY3_SIM_CLOCKS_MAX];
 	u64 scans;
 	u64 short_gaps;
+	u64 stalled_frames;
 	u64 stray_clocks;
 	u64 commands;
 	u64 unknown_commands;
@@ -507,6 +527,7 @@ int xy3_sim_spi_add(struct xy3_sim *sim);
 /* sim-head.c */
 void xy3_sim_head_wire(struct xy3_sim *sim, unsigned int lines, const u8 *signal);
 void xy3_sim_head_select(struct xy3_sim *sim, bool active);
+void xy3_sim_head_idle(struct xy3_sim *sim, u8 levels);
 void xy3_sim_head_bytes(struct xy3_sim *sim, const u8 *data, size_t size, unsigned int nbits);
 void xy3_sim_head_word(struct xy3_sim *sim, u32 word, unsigned int bits, unsigned int nbits);
 const char *xy3_sim_command_name(u32 code, bool *axes);

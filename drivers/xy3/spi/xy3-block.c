@@ -29,7 +29,7 @@ size_t xy3_stream_scan_size(const struct xy3_stream *stream)
 /* The same for the longest frames: blocks are good for both */
 static size_t xy3_scan_room(const struct xy3_stream *stream)
 {
-	return DIV_ROUND_UP((32 + XY3_GAP_CLOCKS) * stream->map.lines, 8);
+	return XY3_SCAN_ROOM(stream->map.lines);
 }
 
 /**
@@ -61,7 +61,7 @@ unsigned int xy3_scans_max(const struct xy3_stream *stream, unsigned int wished)
 	size_t limit = spi_max_message_size(stream->spi);
 
 	if (!xy3_transfer_is_scan(stream))
-		limit = spi_max_transfer_size(stream->spi);
+		limit = spi_max_transfer_size(stream->spi) - xy3_gap_size(&stream->map);
 	return clamp_t(size_t, limit / xy3_scan_room(stream), 1, wished);
 }
 
@@ -72,17 +72,22 @@ static unsigned int xy3_transfers(const struct xy3_stream *stream, unsigned int 
 	return xy3_transfer_is_scan(stream) ? scans : 1;
 }
 
-/* Transfers of the scans that are in the block: one for all of them, or one for each */
+/*
+ * Transfers of the scans that are in the block: one for all of them, with a gap in front where SYNC
+ * is a line; or one for each
+ */
 static void xy3_block_message(struct xy3_block *block)
 {
 	struct xy3_stream *stream = block->stream;
 	unsigned int count = xy3_transfers(stream, block->scans);
 	size_t size = block->scans / count * xy3_stream_scan_size(stream);
+	size_t gap = xy3_gap_size(&stream->map);
 
+	xy3_encode_gap(&stream->map, block->buffer);
 	for (unsigned int i = 0; i < count; i++)
 		block->transfers[i] = (struct spi_transfer) {
-			.tx_buf = block->data + i * size,
-			.len = size,
+			.tx_buf = block->buffer + i * size,
+			.len = gap + size,
 			.tx_nbits = stream->map.lines,
 			.speed_hz = stream->rate * xy3_scan_clocks(stream),
 			.bits_per_word = stream->word_is_scan ? stream->map.frame_bits : 8,
@@ -181,7 +186,7 @@ void xy3_block_free(struct xy3_block *block)
 		return;
 	xy3_block_unprepare(block);
 	kvfree(block->transfers);
-	kfree(block->data);
+	kfree(block->buffer);
 	kfree(block);
 }
 
@@ -201,13 +206,15 @@ struct xy3_block *xy3_block_new(struct xy3_stream *stream, unsigned int scans)
 		return NULL;
 	block->stream = stream;
 	block->scans_max = scans;
-	block->data = kmalloc_array(scans, xy3_scan_room(stream), GFP_KERNEL);
+	block->buffer = kmalloc(XY3_GAP_ROOM(stream->map.lines) + scans * xy3_scan_room(stream),
+				GFP_KERNEL);
 	block->transfers = kvcalloc(xy3_transfers(stream, scans), sizeof(*block->transfers),
 				    GFP_KERNEL);
-	if (!block->data || !block->transfers) {
+	if (!block->buffer || !block->transfers) {
 		xy3_block_free(block);
 		return NULL;
 	}
+	block->data = block->buffer + xy3_gap_size(&stream->map);
 	return block;
 }
 

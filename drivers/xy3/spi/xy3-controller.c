@@ -133,6 +133,7 @@ int xy3_controller_setup(struct spi_device *spi, unsigned int *lines)
 {
 	struct device *dev = &spi->dev;
 	bool inverted = device_property_read_bool(dev, "lasia,clock-inverted");
+	size_t room;
 	u32 wanted;
 	int err;
 
@@ -158,10 +159,11 @@ int xy3_controller_setup(struct spi_device *spi, unsigned int *lines)
 	*lines = xy3_lines_of(spi->mode);
 	if (*lines != wanted)
 		return dev_err_probe(dev, -EINVAL, "the controller has no %u data lines\n", wanted);
-	if (spi_max_transfer_size(spi) < XY3_SCAN_ROOM(*lines))
+	room = XY3_GAP_ROOM(*lines) + XY3_SCAN_ROOM(*lines);
+	if (spi_max_transfer_size(spi) < room)
 		return dev_err_probe(dev, -EINVAL,
-				     "the controller takes %zu bytes at a time, a scan has up to %u\n",
-				     spi_max_transfer_size(spi), XY3_SCAN_ROOM(*lines));
+				     "the controller takes %zu bytes at a time, a scan has up to %zu\n",
+				     spi_max_transfer_size(spi), room);
 	xy3_warn_of_defects(spi, *lines);
 	return 0;
 }

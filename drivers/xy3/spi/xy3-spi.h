@@ -46,6 +46,9 @@ static inline unsigned int xy3_code_shift(const struct xy3_line_map *map)
 /* Bytes of the longest scan on @lines data lines, with the gap that follows where SYNC is a line */
 #define XY3_SCAN_ROOM(lines)	DIV_ROUND_UP((32 + XY3_GAP_CLOCKS) * (lines), 8)
 
+/* Of the gap in front of the first one */
+#define XY3_GAP_ROOM(lines)	DIV_ROUND_UP(XY3_GAP_CLOCKS * (lines), 8)
+
 /* For what is written there are twice the blocks that a write of the buffer's length needs */
 #define XY3_BLOCKS_MIN		4
 #define XY3_BLOCKS_MAX		1024
@@ -57,6 +60,7 @@ static inline unsigned int xy3_code_shift(const struct xy3_line_map *map)
  * @scans_max: how many scans it can hold
  * @scans: how many it holds now
  * @repeats: one of those that repeat the last position
+ * @buffer: their bytes, behind the gap in front of the first one
  * @data: their bytes
  * @position: of a block that was written, its last scan: a code for each axis, then 0 for a gate
  * @prepared: scans of @message, which the controller has been shown; 0 when it has not
@@ -69,6 +73,7 @@ struct xy3_block {
 	unsigned int scans_max;
 	unsigned int scans;
 	bool repeats;
+	u8 *buffer;
 	u8 *data;
 	u32 position[XY3_COLUMNS_MAX];
 	unsigned int prepared;

@@ -4,11 +4,12 @@ a controller of mainline, by the name that stands beside it: it works, or its re
 """
 
 import glob
+import struct
 
 import pytest
 import forward_rig
 import head_rig
-from forward_rig import Case
+from forward_rig import Case, unload_sim
 from kernel import wait, write_file
 
 
@@ -81,6 +82,29 @@ class TestControllers(Case):
         assert forward.sim_number('bus', 'prepared') == 0
         assert 'sleeping function' not in log()
 
+    @pytest.mark.parametrize('lines, framing', ((4, 'line'), (8, 'line'), (4, 'cs')))
+    @pytest.mark.parametrize('idle', ('keep', 'low', 'high', 'float'))
+    def test_idle_lines(self, idle, lines, framing):
+        """No frame is lost, wherever the lines are between messages."""
+        forward = self.forward(lines, framing, more='idle=' + idle)
+        for bits in (24, 32):
+            assert forward.set('frame_bits', bits) is None
+            for code in range(1, 20):
+                assert forward.set('out_angl0_raw', code) is None
+                assert forward.x_of('positions') == str(code)
+            write_file(forward.head + 'calibrate', 'x')
+            forward.record(3000)
+            stream = forward.stream()
+            scans = b''.join(struct.pack('<I', i) * forward.axes for i in range(2000))
+            for size in (1, 1, 300, 1698):
+                stream.write(scans[:4 * forward.axes * size])
+                scans = scans[4 * forward.axes * size:]
+            stream.finish()
+            assert [int(row.split()[0]) for row in forward.sim('record').splitlines()] == \
+                list(range(2000))
+        assert wait(lambda: len(forward.codes()) == 2)
+        assert forward.bad_frames() == []
+
     @pytest.mark.parametrize('us', (None, 0, 200))
     def test_turnaround(self, us):
         """Every controller takes time between two messages, for which the lines stand still. The
@@ -109,8 +133,11 @@ class TestControllers(Case):
         self.refused('the controller has flash operations only', 'flash_only=1')
 
     def test_short_transfers(self):
-        self.refused('the controller takes 16 bytes at a time, a scan has up to 17',
-                     'max_transfer=16')
+        """A scan with the gaps before and behind it."""
+        self.refused('the controller takes 17 bytes at a time, a scan has up to 18',
+                     'max_transfer=17')
+        unload_sim()
+        self.sends('max_transfer=18')
 
     def test_lowest_bit_first(self):
         """Firmware cannot turn the head's bits round."""

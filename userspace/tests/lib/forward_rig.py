@@ -138,7 +138,8 @@ class Forward:
         found = ['%s: %s' % (name, line) for name in ('parity_errors', 'length_errors',
                                                       'mode_errors')
                  for line in self.sim(name).splitlines() if line.split()[1] != '0']
-        return found + ['short gaps'] * bool(self.sim_number('stats', 'short_gaps'))
+        return found + [name for name in ('short_gaps', 'stalled_frames')
+                        if self.sim_number('stats', name)]
 
     def record(self, scans, changes=True):
         """Keep what comes now, or what of it changes."""
