@@ -159,8 +159,8 @@ static const struct iio_buffer_access_funcs xy3_buffer_access = {
  * @iio: the IIO device
  *
  * The buffer is a part of the IIO device and goes with it: its first reference is never put, and it
- * has no release(). A file of the buffer may be closed when this module has gone. The IIO core looks
- * at the functions until then, so these are a part of the IIO device, too.
+ * has no release(). A file of the buffer may be closed when this module has gone. The IIO core
+ * looks at the functions until then, so these are a part of the IIO device, too.
  */
 void xy3_buffer_init(struct xy3_iio *iio)
 {
