@@ -187,6 +187,30 @@ void xy3_gate_free(struct xy3_gate *gate);
 void xy3_gate_next(struct xy3_gate *gate, const uint32_t *scan, uint32_t *out);
 size_t xy3_gate_rest(const struct xy3_gate *gate);
 
+/* ---- forward channel: a path of jumps and marks ---- */
+
+/* Speeds are codes from one scan to the next, along the way; delays are scans. */
+struct xy3_path_settings {
+	double jump_speed;
+	double mark_speed;
+	unsigned int jump_delay;	/* at the end of each jump */
+	unsigned int mark_delay;	/* at the end of marks, before a jump and at the end */
+};
+
+struct xy3_path;
+
+/* For vertices of @axes axes and the gate. Return 0, -ENOMEM, or -EINVAL, for a speed of 0, too. */
+int xy3_path_new(struct xy3_path **path, unsigned int axes,
+		 const struct xy3_path_settings *settings);
+void xy3_path_free(struct xy3_path *path);
+/*
+ * Go on to a vertex: as a scan, with 1 behind its codes to mark the way to it, or 0 to jump. The
+ * first one is one scan, with the gate low: nothing tells from where. NULL is the end.
+ */
+void xy3_path_to(struct xy3_path *path, const uint32_t *vertex);
+/* The next scan, with its gate. false: the vertex is reached, and the next one is to be given. */
+bool xy3_path_next(struct xy3_path *path, uint32_t *scan);
+
 /* ---- forward channel: through /dev/spidevB.C ---- */
 
 struct xy3_spidev;

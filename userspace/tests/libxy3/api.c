@@ -443,6 +443,94 @@ static void codes_out_of_range(void)
 	xy3_line_map_free(map);
 }
 
+/* X of each scan, with ! where the gate is high, for vertices of X and the gate, the end last */
+static void path_of(const struct xy3_path_settings *settings, const uint32_t (*vertices)[2],
+		    size_t count, const char *want)
+{
+	struct xy3_path *path;
+	char got[256] = "";
+	uint32_t scan[2];
+
+	CHECK(xy3_path_new(&path, 1, settings) == 0);
+	CHECK(!xy3_path_next(path, scan));
+	for (size_t i = 0; i <= count; i++) {
+		xy3_path_to(path, i < count ? vertices[i] : NULL);
+		while (xy3_path_next(path, scan))
+			sprintf(got + strlen(got), "%u%s ", scan[0], scan[1] ? "!" : "");
+		CHECK(!xy3_path_next(path, scan));
+	}
+	if (strcmp(got, want))
+		printf("    %s, not %s\n", got, want);
+	CHECK(!strcmp(got, want));
+	xy3_path_free(path);
+}
+
+static void path_of_jumps_and_marks(void)
+{
+	static const uint32_t figure[][2] = {
+		{ 100, 0 }, { 130, 1 }, { 115, 1 }, { 215, 0 }, { 225, 1 },
+	};
+	static const uint32_t dots[][2] = { { 7, 1 }, { 7, 1 }, { 7, 0 }, { 9, 0 } };
+
+	path_of(&(struct xy3_path_settings) { 50, 10, 0, 0 }, figure, 5,
+		"100 110! 120! 130! 123! 115! 165 215 225! ");
+	path_of(&(struct xy3_path_settings) { 50, 10, 2, 0 }, figure, 5,
+		"100 100 100 110! 120! 130! 123! 115! 165 215 215 215 225! ");
+	/* not between two marks; at the end, too */
+	path_of(&(struct xy3_path_settings) { 50, 10, 0, 2 }, figure, 5,
+		"100 110! 120! 130! 123! 115! 115 115 165 215 225! 225 225 ");
+	/* a way may be a code longer: its ends are rounded */
+	path_of(&(struct xy3_path_settings) { 50, 10, 0, 0 },
+		(const uint32_t [][2]) { { 0, 0 }, { 21, 1 }, { 43, 1 }, { 94, 0 } }, 4,
+		"0 11! 21! 28! 36! 43! 94 ");
+	/* a vertex where it stands is one scan; the first has no way to it that could be marked */
+	path_of(&(struct xy3_path_settings) { 50, 10, 1, 1 }, dots, 4, "7 7 7! 7 7 7 9 9 ");
+	path_of(&(struct xy3_path_settings) { 50, 10, 1, 1 }, dots, 0, "");
+}
+
+/* Over the whole field, in five axes: steps of one length, none above the speed, the end exact */
+static void path_in_steps(void)
+{
+	const struct xy3_path_settings settings = { 1e9, 12345.6, 0, 0 };
+	const uint32_t top = (1 << 26) - 1;
+	const uint32_t ends[2][6] = { { 0, top, 5, top / 3, 0, 0 }, { top, 0, 5, 0, top, 1 } };
+	uint32_t scan[6], before[6];
+	struct xy3_path *path;
+	size_t count = 0;
+
+	CHECK(xy3_path_new(&path, 5, &settings) == 0);
+	xy3_path_to(path, ends[0]);
+	CHECK(xy3_path_next(path, before) && !memcmp(before, ends[0], sizeof(before)));
+	CHECK(!xy3_path_next(path, scan));
+	xy3_path_to(path, ends[1]);
+	for (; xy3_path_next(path, scan); count++, memcpy(before, scan, sizeof(before))) {
+		double square = 0;
+
+		for (unsigned int i = 0; i < 5; i++) {
+			double way = (double)scan[i] - before[i];
+
+			square += way * way;
+		}
+		CHECK(square < 12348. * 12348. && square > 12340. * 12340. && scan[5] == 1);
+	}
+	/* sqrt(3 + 1/9) * (2^26 - 1) / 12345.6 is 9587.9 */
+	CHECK(count == 9588);
+	CHECK(!memcmp(before, ends[1], sizeof(before)));
+	xy3_path_free(path);
+}
+
+static void path_refused(void)
+{
+	struct xy3_path *path;
+
+	CHECK(xy3_path_new(&path, 0, &(struct xy3_path_settings) { 1, 1, 0, 0 }) == -EINVAL);
+	CHECK(xy3_path_new(&path, 6, &(struct xy3_path_settings) { 1, 1, 0, 0 }) == -EINVAL);
+	CHECK(xy3_path_new(&path, 1, &(struct xy3_path_settings) { 0, 1, 0, 0 }) == -EINVAL);
+	CHECK(xy3_path_new(&path, 1, &(struct xy3_path_settings) { 1, -1, 0, 0 }) == -EINVAL);
+	CHECK(xy3_path_new(&path, 1, &(struct xy3_path_settings) { 1, 1e10, 0, 0 }) == -EINVAL);
+	xy3_path_free(NULL);
+}
+
 int main(void)
 {
 	RUN(names);
@@ -461,5 +549,8 @@ int main(void)
 	RUN(codes_out_of_range);
 	RUN(map_with_a_gate);
 	RUN(shifted_gate);
+	RUN(path_of_jumps_and_marks);
+	RUN(path_in_steps);
+	RUN(path_refused);
 	return check_end("api");
 }
