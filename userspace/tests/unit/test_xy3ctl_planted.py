@@ -243,3 +243,69 @@ class TestInterrupted(Case):
         self.run('stream', '-', text='0 0\nx\n')
         assert self.head.read('abort') == '\n'
         assert len(self.head.scans()) == 1
+
+
+class TestPath(Case):
+    """Vertices with jumps, at 100 000 scans/s; half of the field is a unit"""
+
+    gate = True
+    SPEEDS = ('--jump-speed=50000', '--mark-speed=25000')
+    VERTICES = '-1 -1 -1 0\n0 -1 -1 0\n0 0 -1 1\n1 0 -1 0\n'
+
+    def drawn(self, *options, text=VERTICES):
+        """-> X, Y and gate of each scan, in units"""
+        status, _, errors = self.run('stream', '-', *options, text=text)
+        assert (status, errors) == (OK, '')
+        scans = self.head.scans()
+        assert {scan[2] for scan in scans} == {0}
+        return [(round(x / TOP * 2 - 1, 4), round(y / TOP * 2 - 1, 4), gate)
+                for x, y, _, gate in scans]
+
+    def test_speeds(self):
+        assert self.drawn(*self.SPEEDS) == \
+            [(-1, -1, 0), (-.5, -1, 0), (0, -1, 0), (0, -.75, 1), (0, -.5, 1), (0, -.25, 1),
+             (0, 0, 1), (.5, 0, 0), (1, 0, 0)]
+
+    def test_delays(self):
+        jumped = [(-1, -1, 0)] * 3 + [(-.5, -1, 0)] + [(0, -1, 0)] * 3
+        marked = [(0, -.75, 1), (0, -.5, 1), (0, -.25, 1), (0, 0, 1)]
+        end = [(.5, 0, 0)] + [(1, 0, 0)] * 3
+        options = (*self.SPEEDS, '--jump-delay=20', '--mark-delay=30')
+        assert self.drawn(*options) == jumped + marked + [(0, 0, 0)] * 3 + end
+        # the fall of the gate, as a laser that is late requires it
+        assert self.drawn(*options, '--gate-off-delay=20') == \
+            jumped + marked + [(0, 0, 1)] * 2 + [(0, 0, 0)] + end + [(1, 0, 0)] * 2
+
+    def test_codes(self):
+        text = '0 0 0 0\n4 0 0 1\n'
+        speed = '--mark-speed=%.9f' % (2 / TOP * 2 * 1e5)
+        assert self.drawn('--codes', '--jump-speed=1', speed, text=text)
+        assert self.head.scans() == [(0, 0, 0, 0), (2, 0, 0, 1), (4, 0, 0, 1)]
+
+    def test_a_file_longer_than_a_piece(self):
+        text = '-1 -1 -1 0\n' + '1 1 -1 1\n-1 -1 -1 1\n' * 700
+        scans = self.drawn('--jump-speed=50000', '--mark-speed=100000', text=text)
+        assert len(scans) == 1 + 1400 * 3
+        assert [scan for scan in scans[1:] if not scan[2]] == []
+
+    def test_late_error(self):
+        """What comes before the vertex that is wrong is drawn, when it comes out of a pipe."""
+        status, _, errors = self.run('stream', '-', *self.SPEEDS, text=self.VERTICES + 'x\n')
+        assert status == FAILURE
+        assert errors.count('line 5') == 1
+        assert len(self.head.scans()) == 9
+
+    def test_refused(self):
+        for words, says in ((('-', '--jump-speed=1'), 'require each other'),
+                            (('-', '--mark-speed=1'), 'require each other'),
+                            (('-', '--jump-delay=1'), 'require speeds'),
+                            (('-', '--mark-delay=1'), 'require speeds'),
+                            (('circle', *self.SPEEDS), 'require a FILE'),
+                            (('-', '--jump-speed=0', '--mark-speed=1'), 'from 0.001 to 1000000')):
+            with case.row(*words):
+                self.refused(USAGE, 'stream', *words, says=says, text=self.VERTICES)
+
+
+class TestPathWithoutGate(Case):
+    def test_refused(self):
+        self.refused(USAGE, 'stream', '-', *TestPath.SPEEDS, text='0 0\n', says='no gate')

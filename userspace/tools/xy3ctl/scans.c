@@ -4,6 +4,7 @@
  */
 #include <endian.h>
 #include <errno.h>
+#include <libxy3.h>
 #include <limits.h>
 #include <math.h>
 #include <stdarg.h>
@@ -242,21 +243,44 @@ static long next_of_file(struct scans *scans, uint32_t *codes, size_t count)
 	scans->done += got;
 	if (got || cli_interrupted())
 		return got;
-	if (scans->failed)
-		return -1;
-	if (ferror(scans->file))
+	if (!scans->failed && ferror(scans->file))
 		cli_errno(errno, "%s", scans->name);
-	else if (!scans->done)
+	else if (!scans->failed && !scans->done)
 		cli_error("%s: no scan in it", scans->name);
-	else
+	else if (!scans->failed)
 		return 0;
+	scans->failed = true;
 	return -1;
+}
+
+/* What is in the file are vertices */
+static long next_of_path(struct scans *scans, uint32_t *codes, size_t count)
+{
+	uint32_t vertex[XY3_AXES + 1];
+	size_t done = 0;
+	long got;
+
+	while (done < count) {
+		if (xy3_path_next(scans->path, codes + done * columns(scans))) {
+			done++;
+			continue;
+		}
+		if (scans->path_ends)
+			break;
+		got = next_of_file(scans, vertex, 1);
+		if (got < 0)
+			return done ? (long)done : -1;
+		xy3_path_to(scans->path, got ? vertex : NULL);
+		scans->path_ends = !got;
+	}
+	return done;
 }
 
 long scans_next(struct scans *scans, uint32_t *codes, size_t count)
 {
-	return scans->shape ? next_of_shape(scans, codes, count) :
-			      next_of_file(scans, codes, count);
+	if (scans->shape)
+		return next_of_shape(scans, codes, count);
+	return scans->path ? next_of_path(scans, codes, count) : next_of_file(scans, codes, count);
 }
 
 int scans_check(struct scans *scans)
@@ -268,7 +292,7 @@ int scans_check(struct scans *scans)
 	if (scans->shape || !scans->is_regular)
 		return CLI_OK;
 	start = ftell(scans->file);
-	while ((got = scans_next(scans, codes, CHECKED)) > 0)
+	while ((got = next_of_file(scans, codes, CHECKED)) > 0)
 		;
 	if (got < 0 || scans->failed)
 		return CLI_FAILURE;

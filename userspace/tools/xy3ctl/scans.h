@@ -13,6 +13,7 @@
 #include <linux/xy3.h>
 
 struct shape;
+struct xy3_path;
 
 struct scans {
 	unsigned int axes;	/* codes of a scan */
@@ -34,6 +35,8 @@ struct scans {
 	bool codes;		/* numbers are codes, not -1 to 1 */
 	unsigned long line;
 	unsigned int numbers;	/* of each line; 0: none has come */
+	struct xy3_path *path;	/* lines are its vertices; NULL: they are scans */
+	bool path_ends;
 	bool failed;		/* it has said so, and there are no further scans */
 };
 

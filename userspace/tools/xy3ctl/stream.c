@@ -22,6 +22,8 @@
 
 #define SPEED 0.002		/* from one scan of a shape to the next, as figure.py has it */
 #define COUNT_MAX 1000000000UL
+#define SPEED_MIN 0.001		/* half the field in so many seconds */
+#define SPEED_MAX 1e6
 #define DELAY_MAX 1e6		/* microseconds */
 #define PIECE 1024		/* scans of a write: 10 ms at 100 000 frames/s */
 
@@ -38,11 +40,15 @@ struct settings {
 	bool gate;
 	double gate_on_us;
 	double gate_off_us;
+	double jump_speed;	/* of the field's half in a second; 0: FILE has scans */
+	double mark_speed;
+	double jump_delay_us;
+	double mark_delay_us;
 };
 
 enum {
 	KEY_SIZE = 0x100, KEY_POINTS, KEY_REPEAT, KEY_RAW, KEY_CODES, KEY_GATE, KEY_GATE_ON,
-	KEY_GATE_OFF
+	KEY_GATE_OFF, KEY_JUMP_SPEED, KEY_MARK_SPEED, KEY_JUMP_DELAY, KEY_MARK_DELAY
 };
 
 static const struct argp_option options[] = {
@@ -56,6 +62,13 @@ static const struct argp_option options[] = {
 	{ "gate-on-delay", KEY_GATE_ON, "US", 0,
 	  "The gate rises so many microseconds later; earlier when negative", 2 },
 	{ "gate-off-delay", KEY_GATE_OFF, "US", 0, "The same for its fall", 2 },
+	{ "jump-speed", KEY_JUMP_SPEED, "UNITS", 0,
+	  "FILE has the vertices of a path: units per second, of which the field has 2, to one "
+	  "whose gate is 0", 3 },
+	{ "mark-speed", KEY_MARK_SPEED, "UNITS", 0, "The same to a vertex whose gate is 1", 3 },
+	{ "jump-delay", KEY_JUMP_DELAY, "US", 0, "Wait so many microseconds after each jump", 3 },
+	{ "mark-delay", KEY_MARK_DELAY, "US", 0,
+	  "Wait so many microseconds after the last mark before a jump", 3 },
 	{ 0 }
 };
 
@@ -95,6 +108,28 @@ static error_t parse(int key, char *argument, struct argp_state *state)
 		settings->gate_off_us = option_real("--gate-off-delay", argument, -DELAY_MAX,
 						    DELAY_MAX, state);
 		return 0;
+	case KEY_JUMP_SPEED:
+		settings->jump_speed = option_real("--jump-speed", argument, SPEED_MIN, SPEED_MAX,
+						   state);
+		return 0;
+	case KEY_MARK_SPEED:
+		settings->mark_speed = option_real("--mark-speed", argument, SPEED_MIN, SPEED_MAX,
+						   state);
+		return 0;
+	case KEY_JUMP_DELAY:
+		settings->jump_delay_us = option_real("--jump-delay", argument, 0, DELAY_MAX,
+						      state);
+		return 0;
+	case KEY_MARK_DELAY:
+		settings->mark_delay_us = option_real("--mark-delay", argument, 0, DELAY_MAX,
+						      state);
+		return 0;
+	case ARGP_KEY_END:
+		if (!settings->jump_speed != !settings->mark_speed)
+			argp_error(state, "--jump-speed and --mark-speed require each other");
+		if (!settings->jump_speed && (settings->jump_delay_us || settings->mark_delay_us))
+			argp_error(state, "--jump-delay and --mark-delay require speeds");
+		return 0;
 	case ARGP_KEY_ARG:
 		if (settings->source)
 			argp_error(state, "only one FILE or shape is possible");
@@ -119,6 +154,9 @@ static const struct argp argp = {
 	       "is 1 or 0 for it. Empty lines and lines that begin with # are left out. A regular "
 	       "file is checked before anything is sent; of a pipe all that comes before a wrong "
 	       "line is sent. "
+	       "\n\nWith --jump-speed and --mark-speed the lines are vertices of a path, each with "
+	       "its gate. A line with 1 is marked to, with the gate high on the whole way; a line "
+	       "with 0 is jumped to. The first vertex is reached at once, with the gate low. "
 	       "\n\nThe stream ends when the last scan has been sent. When it is interrupted, it is "
 	       "aborted: what the controller does not have yet is dropped. The mirrors stay where "
 	       "they are, with the gate low. At the end the program reports how many scans have been "
@@ -318,7 +356,9 @@ static int open_shape(const struct settings *settings, struct scans *scans,
 		      struct progress *progress)
 {
 	if (settings->raw || settings->codes)
-		return cli_usage("--raw and --codes are of a FILE");
+		return cli_usage("--raw and --codes require a FILE");
+	if (settings->jump_speed)
+		return cli_usage("--jump-speed and --mark-speed require a FILE");
 	scans->size = settings->size;
 	scans->points = settings->points ?:
 			ceil(scans->shape->length * settings->size / SPEED) ?: 1;
@@ -342,6 +382,27 @@ static int make_gate(const struct settings *settings, const struct forward *forw
 	error = xy3_gate_new(gate, forward_axes(forward), lrint(settings->gate_on_us / each),
 			     lrint(settings->gate_off_us / each));
 	return error ? cli_errno(error, "gate") : CLI_OK;
+}
+
+/* Return an enum cli_status */
+static int make_path(const struct settings *settings, const struct forward *forward,
+		     struct xy3_path **path)
+{
+	double rate = forward_rate(forward), unit = forward_top(forward) / 2.0;
+	const struct xy3_path_settings path_settings = {
+		.jump_speed = settings->jump_speed * unit / rate,
+		.mark_speed = settings->mark_speed * unit / rate,
+		.jump_delay = lrint(settings->jump_delay_us * rate / 1e6),
+		.mark_delay = lrint(settings->mark_delay_us * rate / 1e6),
+	};
+	int error;
+
+	if (!settings->jump_speed)
+		return CLI_OK;
+	if (!forward_gate(forward))
+		return cli_usage("%s has no gate in its line map", forward_name(forward));
+	error = xy3_path_new(path, forward_axes(forward), &path_settings);
+	return error ? cli_errno(error, "path") : CLI_OK;
 }
 
 int stream_verb(int argc, char **argv)
@@ -375,8 +436,11 @@ int stream_verb(int argc, char **argv)
 	if (!status)
 		status = make_gate(&settings, forward, &gate);
 	if (!status)
+		status = make_path(&settings, forward, &scans.path);
+	if (!status)
 		status = stream(&settings, forward, &scans, gate, &progress);
 	xy3_gate_free(gate);
+	xy3_path_free(scans.path);
 	forward_close(forward);
 	return status;
 }
