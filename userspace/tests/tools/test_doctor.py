@@ -199,7 +199,7 @@ class TestHead(Checks, forward_rig.Case):
 
     def test_none(self):
         assert wait(lambda: not head_rig.heads())
-        self.assert_found('head', 'nothing is attached', 'xy3ctl attach')
+        self.assert_found('head', 'nothing is attached', 'no serial port that is free')
 
     def test_silent_and_at_another_rate(self):
         head = self.pty()

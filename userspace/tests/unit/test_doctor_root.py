@@ -571,6 +571,132 @@ class TestCase(case.Case):
         root.not_loaded()
         self.assert_found(root, 'ldisc', 'number 29 is that of other', 'options xy3 ldisc=28')
 
+    # --- serial ports ---
+
+    def port(self, root, name, *, usb=None, head=None):
+        """A serial port, which is that of a head"""
+        device = 'sys/devices/' + ('usb/%s/%s:1.0/%s' % (usb, usb, name) if usb else name)
+        os.makedirs(root.at(device))
+        root.write('sys/class/tty/%s/dev' % name, '188:0\n')
+        os.symlink('../../../../' + device, root.at('sys/class/tty/%s/device' % name))
+        if head:
+            os.symlink('../../tty/' + name, root.at('sys/class/xy3/%s/back' % head))
+
+    def root_without_head(self):
+        root = self.root('xy3ctl')
+        root.remove('sys/class/xy3')
+        return root
+
+    def process(self, root, pid, name, *nodes):
+        root.write('proc/%d/comm' % pid, name + '\n')
+        os.makedirs(root.at('proc/%d/fd' % pid))
+        for number, node in enumerate(nodes):
+            os.symlink(node, root.at('proc/%d/fd/%d' % (pid, number)))
+
+    def test_nothing_attached(self):
+        """The port that is named is there, and free."""
+        root = self.root_without_head()
+        self.assert_found(root, 'head', 'nothing is attached', 'plug in the adapter')
+        root.write('sys/class/tty/ttyS0/type', '0\n')          # no UART behind it
+        os.makedirs(root.at('sys/class/tty/ttyS0/device'))
+        os.makedirs(root.at('sys/class/tty/tty1'))
+        self.assert_found(root, 'head', 'nothing is attached', 'plug in the adapter')
+        self.port(root, 'ttyUSB1', usb='1-1')
+        self.assert_found(root, 'head', 'nothing is attached', 'attach /dev/ttyUSB1 ')
+
+    def test_console_and_getty(self):
+        """Of no matter while there is another port"""
+        for way, text, fix in (
+                ('console', 'ttyAMA0 is the kernel\'s console', 'cmdline.txt'),
+                ('getty', 'ttyAMA0 has a login prompt', 'serial-getty@ttyAMA0.service')):
+            with case.row(way):
+                root = self.root_without_head()
+                self.port(root, 'ttyAMA0')
+                if way == 'console':
+                    root.write('sys/class/tty/console/active', 'tty0 ttyAMA0\n')
+                else:
+                    self.process(root, 4242, 'agetty', '/dev/ttyAMA0')
+                found = self.found(root)
+                assert sorted(found) == ['head', 'port']
+                assert text in found['port'][0] and fix in found['port'][1]
+                assert 'no serial port that is free' in found['head'][1]
+                self.port(root, 'ttyUSB0', usb='1-1')
+                self.assert_found(root, 'head', 'nothing', 'attach /dev/ttyUSB0 ')
+        root = self.root('xy3ctl')
+        self.port(root, 'ttyS1', head='xy3-0')
+        self.assert_well(root)
+        root.write('sys/class/tty/console/active', 'ttyS1\n')
+        self.assert_found(root, 'port', 'ttyS1 is the kernel', '/etc/default/grub')
+        root.write('sys/class/tty/console/active', 'ttyS11\n')
+        self.assert_well(root)
+        # a head on a pseudo terminal: the console is none of its business
+        root.remove('sys/class/xy3/xy3-0/back')
+        root.write('sys/class/tty/console/active', 'ttyS1\n')
+        self.assert_well(root)
+
+    def test_mini_uart(self):
+        root = self.root('xy3ctl')
+        self.port(root, 'ttyS0', head='xy3-0')
+        compatible = 'sys/class/tty/ttyS0/device/of_node/compatible'
+        root.write(compatible, b'arm,pl011\0arm,primecell\0')
+        self.assert_well(root)
+        root.write(compatible, b'brcm,bcm2835-aux-uart\0')
+        self.assert_found(root, 'port', 'ttyS0 is the mini-UART', 'dtoverlay=disable-bt')
+
+    def test_latency_of_ftdi(self):
+        root = self.root('xy3ctl')
+        self.port(root, 'ttyUSB0', usb='1-1', head='xy3-0')
+        timer = 'sys/class/tty/ttyUSB0/device/latency_timer'
+        root.write(timer, '1\n')
+        self.assert_well(root)
+        root.write(timer, '16\n')
+        self.assert_found(root, 'port', 'ttyUSB0 collects bytes for 16 ms',
+                          'echo 1 | sudo tee /' + timer)
+        self.port(root, 'ttyUSB1', usb='1-2')
+        root.write(timer, '1\n')
+        root.write('sys/class/tty/ttyUSB1/device/latency_timer', '16\n')
+        self.assert_well(root)          # not a head's
+
+    def test_modem_manager(self):
+        root = self.root('xy3ctl')
+        self.port(root, 'ttyUSB0', usb='1-1.2', head='xy3-0')
+        self.assert_well(root)
+        self.process(root, 4242, 'ModemManager')
+        self.assert_found(root, 'port', 'ModemManager may open ttyUSB0',
+                          'SUBSYSTEM=="tty", KERNELS=="1-1.2:1.0", ENV{XY3_BACKCHANNEL}="1"')
+        root.write('run/udev/data/c188:0', 'E:ID_BUS=usb\nE:ID_MM_PORT_IGNORE=1\n')
+        self.assert_well(root)
+        # a port of the board is none of its business
+        root = self.root('xy3ctl')
+        self.port(root, 'ttyAMA0', head='xy3-0')
+        self.process(root, 4242, 'ModemManager')
+        self.assert_well(root)
+
+    def test_adapters(self):
+        """brltty takes one away from its driver, and there is no ttyUSB0 then."""
+        root = self.root('xy3ctl')
+        usb = 'sys/bus/usb/devices/1-1.2/'
+        root.write(usb + 'idVendor', '1a86\n')
+        root.write(usb + 'idProduct', '7523\n')
+        driver = usb + '1-1.2:1.0/driver'
+        os.makedirs(root.at(usb + '1-1.2:1.0'))
+        self.assert_found(root, 'adapter', '1-1.2 (1a86:7523)', 'sudo modprobe ch341')
+        for bound in ('', 'usbfs'):
+            if bound:
+                os.symlink('../drivers/' + bound, root.at(driver))
+                self.assert_found(root, 'adapter', 'has the driver usbfs', 'plug it in again')
+            root.write('usr/lib/udev/rules.d/85-brltty.rules', '')
+            for system, command in (('ID=ubuntu', 'sudo apt remove brltty '),
+                                    ('ID=fedora', 'sudo dnf remove brltty '),
+                                    ('ID=arch', 'remove brltty ')):
+                root.system(system)
+                self.assert_found(root, 'adapter', 'brltty has taken it', command)
+            root.remove('usr/lib/udev/rules.d/85-brltty.rules')
+        root.remove(driver)
+        os.symlink('../drivers/ch341', root.at(driver))
+        root.write('usr/lib/udev/rules.d/85-brltty.rules', '')
+        self.assert_well(root)
+
     def test_halves(self):
         root = self.root('xy3ctl')
         root.write('sys/class/xy3/xy3-1/in_sync', '0\n')

@@ -93,6 +93,11 @@ const char *doctor_key(struct doctor *doctor);
 void doctor_package_fix(struct doctor *doctor, const char *verb, const char *package, char *fix,
 			size_t size);
 
+/* Checks of serial ports (uart.c); and one that a head may be attached to, NULL: none */
+void look_ports(struct doctor *doctor);
+void look_adapters(struct doctor *doctor);
+const char *doctor_free_port(struct doctor *doctor);
+
 /* A check of pendants (linuxcnc.c) */
 void look_linuxcnc(struct doctor *doctor);
 

@@ -109,9 +109,15 @@ static void look_heads(struct doctor *doctor)
 	only_forward = 0;
 	count = doctor_each(doctor, HEADS, count_halves);
 	if (!count) {
-		doctor_found(doctor, "sudo xy3ctl attach /dev/ttyUSB0   # the UART of the head; "
-			"and "
-			     "see `man xy3'", "no head: nothing is attached");
+		const char *port = doctor_free_port(doctor);
+
+		if (port)
+			snprintf(fix, sizeof(fix), "sudo xy3ctl attach /dev/%s   # the UART of the "
+				 "head; see `man xy3'", port);
+		else
+			snprintf(fix, sizeof(fix), "plug in the adapter of the head's UART: there is "
+				 "no serial port that is free");
+		doctor_found(doctor, fix, "no head: nothing is attached");
 	} else if (only_back && only_forward) {
 		snprintf(fix, sizeof(fix), "echo %s | sudo tee /sys/class/xy3/attach   # if they "
 			 "are one head; then attach the UART again", lonely[1]);
@@ -320,6 +326,8 @@ static const struct doctor_check checks[] = {
 	{ "head", "is one attached, and as one", look_heads },
 	{ "back", "bytes, sync and rate of the backchannel", look_back },
 	{ "uart", "programs that have the UART open, too", look_uart },
+	{ "port", "is the UART fit for a head, and for nothing else", look_ports },
+	{ "adapter", "USB adapters that are no serial port", look_adapters },
 	{ "order", "byte order", look_order },
 	{ "spi", "an SPI device without its driver", look_spi },
 	{ "frames", "those that the head could not read", look_frames },
