@@ -34,7 +34,8 @@ class Tool(case.Case):
         return output(self.at(self.name), *verb, '--help')
 
     def verbs(self):
-        found = re.findall(r'^  ([a-z]+) +\S', self.help(), re.M)
+        listed = self.help().partition('\nVerbs:\n')[2].partition('\n\n')[0]
+        found = re.findall(r'^  ([a-z]+) +\S', listed, re.M)
         assert len(found) > 5
         return found
 
@@ -55,7 +56,8 @@ class Tool(case.Case):
     def test_page_has_all_verbs_and_options(self):
         page = self.page()
         common = page[page.index('\nOPTIONS\n'):page.index('\nVERBS\n')]
-        parts = re.split(r'^   ([a-z]+)$', page[page.index('\nVERBS\n'):], flags=re.M)
+        verbs = page[page.index('\nVERBS\n'):page.index('\nEXIT STATUS\n')]
+        parts = re.split(r'^   ([a-z]+)$', verbs, flags=re.M)
         texts = dict(zip(parts[1::2], parts[2::2]))
         assert list(texts) == self.verbs()
         for verb, text in texts.items():
@@ -66,6 +68,28 @@ class Tool(case.Case):
     def test_page_has_all_exit_statuses(self):
         for status in ('0', '1', '2', '3', '130'):
             assert re.search(r'(?m)^ +%s +[A-Z]' % status, self.page())
+
+    def test_page_has_what_man_pages_have(self):
+        titles = re.findall(r'(?m)^[A-Z ]+$', self.page())
+        for title in ('NAME', 'SYNOPSIS', 'DESCRIPTION', 'OPTIONS', 'EXIT STATUS', 'ENVIRONMENT',
+                      'FILES', 'EXAMPLES', 'SEE ALSO'):
+            assert titles.count(title) == 1, title
+
+    def test_examples_have_their_lines(self):
+        """Each line that --help has indented is a line of the page."""
+        page = self.page()
+        examples = page[page.index('\nEXAMPLES\n'):page.index('\nSEE ALSO\n')]
+        lines = [' '.join(line.split()) for line in examples.splitlines()]
+        found = 0
+        for verb in [None, *self.verbs()]:
+            text = output(self.at(self.name), *[verb] if verb else [], '--help',
+                          env={**os.environ, 'ARGP_HELP_FMT': 'rmargin=200'})
+            for line in re.findall(r'(?m)^  ((?:sudo )?%s .*)$' % self.name, text):
+                assert ' '.join(line.split()) in lines, line
+                # one that is typed as it is: what is no part of it is a comment
+                assert '   ' not in line.partition('#')[0].strip(), line
+                found += 1
+        assert found > 3
 
     # --- bash ---
 

@@ -42,7 +42,7 @@ static const char doc[] =
 	"Codes that stop the computer (KEY_RESTART, KEY_POWER, KEY_SLEEP, ...) are refused.\n\n"
 	"  xhcctl layout hb04-16\n"
 	"  sudo xhcctl layout hb04-16 --apply\n"
-	"  sudo xhcctl layout hb04-16 --captions --apply     monitor shows the caps, codes stay\n"
+	"  sudo xhcctl layout hb04-16 --captions --apply   # labels only, codes stay\n"
 	"  sudo xhcctl layout default --apply";
 
 static error_t parse(int key, char *argument, struct argp_state *state)

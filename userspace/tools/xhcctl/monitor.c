@@ -46,7 +46,7 @@ static const char doc[] =
 	"status 1 when the time was up before the count; 3 when the pendant is unplugged: then its keys "
 	"are told to be up.\n\n"
 	"  xhcctl monitor\n"
-	"  xhcctl monitor --count 1 --timeout 10 --json      wait for a key";
+	"  xhcctl monitor --count 1 --timeout 10 --json   # wait for a key";
 
 static error_t parse(int key, char *argument, struct argp_state *state)
 {

@@ -41,7 +41,7 @@ static const char doc[] =
 	"Ends when it is interrupted, after --timeout, or after --count reports. Exit status 1 when the "
 	"time was up before the count; 3 when the pendant is unplugged. What was recorded until then "
 	"is whole in each case.\n\n"
-	"  sudo xhcctl record pendant.hid        attach the file to a report of an error";
+	"  sudo xhcctl record pendant.hid   # to attach to a bug report";
 
 static error_t parse(int key, char *argument, struct argp_state *state)
 {

@@ -19,7 +19,7 @@ static const char text[] =
 	"\v"
 	"One attribute a line, by its name below the pendant's folder in sysfs: what is on the display "
 	"(dro/), counters (stats/), its model, and whether it is awake. `set' changes dro/. "
-	"What each one means is in userspace/abi/sysfs-driver-hid-xhc, beside the driver's source.";
+	"hid-xhc(4) describes each one.";
 
 const char *const stat_names[STATS] = {
 	[REPORTS] = "reports",

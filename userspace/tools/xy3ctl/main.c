@@ -29,7 +29,11 @@ static const struct cli_tool tool = {
 	.text = "DEVICE is xy3-<n>, as `xy3ctl list' names it; without it the first head is meant. "
 		"Members of the group dialout may use all verbs but attach and detach. "
 		"Exit status: 0 is success, 1 failure, 2 wrong usage, 3 no such device, 130 "
-		"interrupted by SIGINT.",
+		"interrupted by SIGINT.\n\n"
+		"  sudo xy3ctl attach /dev/ttyUSB0 --daemon\n"
+		"  xy3ctl watch --count 1 --timeout 10 --json   # wait for a change\n"
+		"  xy3ctl goto 0.5 -0.25\n"
+		"  xy3ctl stream circle --repeat 3",
 	.modules = modules,
 	.verbs = verbs,
 };
