@@ -268,6 +268,28 @@ class TestLayouts(Case):
         self.assert_says(listed, FAILURE, 'bad.layout:1: ')
         assert 'good' in listed.out
 
+    def test_lines_of_other_editors(self):
+        plain = 'title\tT\nmatch\tM\n01\tA\tKEY_A\n02\tB\t-\n'
+        entry = self.with_layouts('layout', 'plain', plain=plain)
+        assert entry.status == OK
+        for content in (plain.replace('\n', '\r\n'), '\ufeff' + plain,
+                        '\ufeff' + plain.replace('\n', '\r\n')):
+            result = self.with_layouts('layout', 'plain', plain=content)
+            assert (result.status, result.out, result.err) == (OK, entry.out, '')
+        for content in (plain.replace('A\t', 'A\r\t'), plain.replace('01', '\ufeff01')):
+            self.assert_says(self.with_layouts('layout', 'plain', plain=content), FAILURE,
+                             '/plain.layout:3: ')
+
+    def test_a_folder_that_is_none(self):
+        """It is named, and layouts that are found elsewhere are no worse for it."""
+        for folder in ('/dev/null', self.folder + '/file'):
+            self.file('file', '')
+            result = run('layout', env=environment(XHC_LAYOUTS=folder))
+            self.assert_says(result, FAILURE, folder + ': Not a directory')
+            assert result.err.count('Not a directory') == 1
+            result = run('layout', 'nosuch', env=environment(XHC_LAYOUTS=folder))
+            self.assert_says(result, USAGE, 'no layout "nosuch"')
+
     def test_no_layouts(self):
         result = run('layout', env=environment(XHC_LAYOUTS=self.folder))
         if not os.path.isdir('/usr/local/share/xhc-xy3/layouts'):

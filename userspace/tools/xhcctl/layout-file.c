@@ -146,19 +146,30 @@ static const char *take_line(struct layout *layout, char *line, unsigned int *la
 	return take_key(layout, field, last);
 }
 
+/* Editors elsewhere end lines with \r\n, and begin a file with a byte order mark. */
+static char *trim(char *line, bool first)
+{
+	size_t length = strcspn(line, "\n");
+
+	if (length && line[length - 1] == '\r')
+		length--;
+	line[length] = '\0';
+	return first && !strncmp(line, "\xef\xbb\xbf", 3) ? line + 3 : line;
+}
+
 static int read_stream(FILE *stream, const char *path, struct layout *layout)
 {
 	unsigned int number = 0, last = 0;
 	const char *wrong = NULL;
-	char line[256];
+	char line[256], *text;
 
 	while (!wrong && fgets(line, sizeof(line), stream)) {
 		number++;
 		if (strlen(line) == sizeof(line) - 1)
 			wrong = "the line is too long";
-		line[strcspn(line, "\n")] = '\0';
-		if (!wrong && line[0] != '#')
-			wrong = take_line(layout, line, &last);
+		text = trim(line, number == 1);
+		if (!wrong && text[0] != '#')
+			wrong = take_line(layout, text, &last);
 	}
 	if (wrong)
 		return cli_error("%s:%u: %s", path, number, wrong);
@@ -182,7 +193,7 @@ int layout_read(const char *name, struct layout *layout)
 
 		snprintf(path, sizeof(path), "%s/%s" LAYOUT_SUFFIX, *folder, name);
 		stream = fopen(path, "re");
-		if (!stream && errno == ENOENT)
+		if (!stream && (errno == ENOENT || errno == ENOTDIR))
 			continue;
 		if (!stream)
 			return cli_errno(errno, "%s", path);
