@@ -8,8 +8,10 @@
  */
 
 #include <linux/math.h>
+#include <linux/math64.h>
 #include <linux/minmax.h>
 #include <linux/slab.h>
+#include <linux/time64.h>
 
 #include "xy3-spi.h"
 
@@ -63,6 +65,18 @@ unsigned int xy3_scans_max(const struct xy3_stream *stream, unsigned int wished)
 	if (!xy3_transfer_is_scan(stream))
 		limit = spi_max_transfer_size(stream->spi) - xy3_gap_size(&stream->map);
 	return clamp_t(size_t, limit / xy3_scan_room(stream), 1, wished);
+}
+
+/**
+ * xy3_scans_in() - scans that are sent in a time
+ * @stream: the stream
+ * @us: the time, in microseconds
+ *
+ * Return: whole ones.
+ */
+unsigned int xy3_scans_in(const struct xy3_stream *stream, unsigned int us)
+{
+	return div_u64((u64)stream->rate * us, USEC_PER_SEC);
 }
 
 /* ---- messages ---- */
@@ -258,18 +272,19 @@ int xy3_blocks_new(struct xy3_stream *stream, struct list_head *list, unsigned i
 }
 
 /**
- * xy3_blocks_prepare() - show the controller the messages of whole blocks
+ * xy3_blocks_prepare() - show the controller the messages of blocks
  * @list: the blocks; rate and line map of the stream stand
+ * @scans: scans that are going to be in each of them
  *
  * Return: 0 or the controller's error; then some may be prepared.
  */
-int xy3_blocks_prepare(struct list_head *list)
+int xy3_blocks_prepare(struct list_head *list, unsigned int scans)
 {
 	struct xy3_block *block;
 	int err;
 
 	list_for_each_entry(block, list, node) {
-		block->scans = block->scans_max;
+		block->scans = scans;
 		err = xy3_block_prepare(block);
 		if (err)
 			return err;

@@ -170,5 +170,5 @@ void xy3_buffer_init(struct xy3_iio *iio)
 	iio->access = xy3_buffer_access;
 	buffer->access = &iio->access;
 	buffer->direction = IIO_BUFFER_DIRECTION_OUT;
-	buffer->length = XY3_BLOCKS_MIN * XY3_BLOCK_SCANS;
+	buffer->length = XY3_WRITE_DEFAULT;
 }

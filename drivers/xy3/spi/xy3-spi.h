@@ -25,10 +25,13 @@
 #include "xy3.h"
 #include "xy3-lines.h"
 
-/* Scans of a block: at 100 k frames/s a block takes 2.56 ms on the wire */
-#define XY3_BLOCK_SCANS		256
-/* Scans of a block that repeats the last position, so that new ones have not long to wait */
-#define XY3_REPEAT_SCANS	64
+/* Time of a block on the wire, and its scans at least and at most */
+#define XY3_BLOCK_US		2560
+#define XY3_BLOCK_SCANS_MIN	32
+#define XY3_BLOCK_SCANS_MAX	512
+/* The same for one that repeats the last position: a new one waits for two of these at most */
+#define XY3_REPEAT_US		750
+#define XY3_REPEAT_SCANS_MAX	256
 /* Blocks that the controller has at any time while there is a stream */
 #define XY3_BLOCKS_QUEUED	3
 #define XY3_COMMANDS_QUEUED	64
@@ -51,7 +54,10 @@ static inline unsigned int xy3_code_shift(const struct xy3_line_map *map)
 
 /* For what is written there are twice the blocks that a write of the buffer's length needs */
 #define XY3_BLOCKS_MIN		4
-#define XY3_BLOCKS_MAX		1024
+#define XY3_BLOCKS_MAX		8192
+/* Scans that are taken whole, at most */
+#define XY3_WRITE_MAX		131072
+#define XY3_WRITE_DEFAULT	1024
 
 /**
  * struct xy3_block - scans that are sent as one message
@@ -215,12 +221,13 @@ struct xy3_stream {
 size_t xy3_stream_scan_size(const struct xy3_stream *stream);
 unsigned int xy3_scan_clocks(const struct xy3_stream *stream);
 unsigned int xy3_scans_max(const struct xy3_stream *stream, unsigned int wished);
+unsigned int xy3_scans_in(const struct xy3_stream *stream, unsigned int us);
 struct xy3_block *xy3_block_new(struct xy3_stream *stream, unsigned int scans);
 void xy3_block_free(struct xy3_block *block);
 int xy3_blocks_new(struct xy3_stream *stream, struct list_head *list, unsigned int count,
 		   unsigned int scans);
 void xy3_blocks_free(struct list_head *list);
-int xy3_blocks_prepare(struct list_head *list);
+int xy3_blocks_prepare(struct list_head *list, unsigned int scans);
 void xy3_blocks_unprepare(struct list_head *list);
 int xy3_block_prepare(struct xy3_block *block);
 void xy3_block_unprepare(struct xy3_block *block);
@@ -291,8 +298,8 @@ struct xy3_iio {
 	struct xy3_stream stream;
 	struct mutex lock;	/* see above */
 	struct iio_chan_spec channels[XY3_COLUMNS_MAX];
-	__le32 input[XY3_BLOCK_SCANS * XY3_COLUMNS_MAX];
-	u32 codes[XY3_BLOCK_SCANS * XY3_COLUMNS_MAX];
+	__le32 input[XY3_BLOCK_SCANS_MAX * XY3_COLUMNS_MAX];
+	u32 codes[XY3_BLOCK_SCANS_MAX * XY3_COLUMNS_MAX];
 };
 
 /* xy3-buffer.c */

@@ -73,7 +73,6 @@ static struct xy3_block *xy3_next_repeated(struct xy3_stream *stream)
 	if (!block || !stream->running || !stream->primed || stream->queued >= XY3_BLOCKS_LOW)
 		return NULL;
 	list_del(&block->node);
-	block->scans = block->scans_max;
 	for (unsigned int i = 0; i < block->scans; i++)
 		memcpy(block->data + i * size, stream->last, size);
 	if (!stream->repeating)
@@ -286,9 +285,11 @@ int xy3_stream_send_position(struct xy3_stream *stream, const u32 *position)
  */
 int xy3_stream_blocks(struct xy3_stream *stream, unsigned int scans)
 {
-	unsigned int each = xy3_scans_max(stream, XY3_BLOCK_SCANS);
-	unsigned int half = clamp(scans / each + !!(scans % each), XY3_BLOCKS_MIN / 2,
-				  XY3_BLOCKS_MAX / 2);
+	unsigned int each = xy3_scans_max(stream, clamp(xy3_scans_in(stream, XY3_BLOCK_US),
+							XY3_BLOCK_SCANS_MIN,
+							XY3_BLOCK_SCANS_MAX));
+	unsigned int half = clamp(DIV_ROUND_UP(min(scans, XY3_WRITE_MAX), each),
+				  XY3_BLOCKS_MIN / 2, XY3_BLOCKS_MAX / 2);
 	int err;
 
 	xy3_stream_no_blocks(stream);
@@ -315,11 +316,13 @@ void xy3_stream_no_blocks(struct xy3_stream *stream)
 
 static int xy3_stream_prepare(struct xy3_stream *stream)
 {
+	unsigned int repeats = clamp(xy3_scans_in(stream, XY3_REPEAT_US), 1U,
+				     xy3_scans_max(stream, XY3_REPEAT_SCANS_MAX));
 	int err;
 
-	err = xy3_blocks_prepare(&stream->empty);
+	err = xy3_blocks_prepare(&stream->empty, stream->block_scans);
 	if (!err)
-		err = xy3_blocks_prepare(&stream->spare);
+		err = xy3_blocks_prepare(&stream->spare, repeats);
 	if (!err)
 		err = xy3_block_prepare(stream->closing);
 	return err;
@@ -642,7 +645,7 @@ int xy3_stream_set_rate(struct xy3_stream *stream, unsigned int rate)
  */
 int xy3_stream_init(struct xy3_stream *stream)
 {
-	unsigned int repeats = xy3_scans_max(stream, XY3_REPEAT_SCANS);
+	unsigned int repeats = xy3_scans_max(stream, XY3_REPEAT_SCANS_MAX);
 	struct xy3_block *block;
 	int err;
 

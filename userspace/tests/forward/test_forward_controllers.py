@@ -17,6 +17,27 @@ def log():
     return head_rig.run('dmesg')[1]
 
 
+class TestLatency(Case):
+    @pytest.mark.parametrize('rate', (300, 1000, 10000, 100000, 200000))
+    def test_one_scan(self, rate):
+        """Written while the last position is repeated it waits for the message that is being sent
+        and for one more, of 1 ms or one frame each at most: it is on the wire within 2 ms.
+        """
+        forward = self.forward(4, 'line', more='realtime=1')
+        assert forward.set('sampling_frequency', rate) is None
+        stream = forward.stream()
+        stream.write(struct.pack('<3I', 1000, 1000, 1000))
+        for code in range(1, 20):
+            assert wait(lambda code=code: forward.number('underruns') == code)
+            forward.record(1000000, changes=False)
+            stream.write(struct.pack('<3I', code, code, code))
+            before = forward.sim_number('stats', 'recorded')
+            assert wait(lambda code=code: forward.x_of('positions') == str(code))
+            waited = list(memoryview(forward.recorded()).cast('I')[::3]).index(code) - before
+            assert waited <= max(1, rate / 1000)
+        stream.finish()
+
+
 class TestControllers(Case):
     def sends(self, more, lines=4, framing='line', cs_word=0):
         """A position and a command come as they should."""

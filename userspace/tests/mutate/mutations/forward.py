@@ -56,7 +56,7 @@ MUTATIONS = (
              '\t\t\tstream->filling->scans--;\n', SIM),
     Mutation('repeated block', 'spi/xy3-stream.c',
              '\t\txy3_block_recycle(block, err);\n\t\txy3_pump(stream, true);',
-             '\t\tif (block->scans == XY3_BLOCK_SCANS && stream->stat[XY3_SCANS] % 7 == 0)\n'
+             '\t\tif (block->scans == block->scans_max && stream->stat[XY3_SCANS] % 7 == 0)\n'
              '\t\t\tlist_add(&block->node, &stream->full);\n'
              '\t\telse\n'
              '\t\t\txy3_block_recycle(block, err);\n\t\txy3_pump(stream, true);', SIM),
