@@ -476,7 +476,7 @@ class TestMonitor(ToolCase):
         assert len(follower.rest()) == 2
         assert follower.end() == (OK, '')
         assert run('monitor', '--timeout', '0.2').status == OK
-        self.assert_says(run('monitor', '--timeout=.2', '-n', '3'), FAILURE, 'time is up: 0 of 3')
+        self.assert_says(run('monitor', '--timeout=.2', '-n', '3'), FAILURE, 'timed out: 0 of 3')
 
     def test_lines(self):
         pendant = self.plug()

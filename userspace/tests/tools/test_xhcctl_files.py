@@ -102,7 +102,7 @@ class TestRecord(FileCase):
     def test_time_is_up(self):
         self.plug()
         assert run('record', '--timeout', '.1').status == OK
-        self.assert_says(run('record', '-t', '.1', '-n', '1'), FAILURE, 'time is up: 0 of 1')
+        self.assert_says(run('record', '-t', '.1', '-n', '1'), FAILURE, 'timed out: 0 of 1')
 
     def test_a_file_that_cannot_be_written(self):
         self.plug()

@@ -218,7 +218,7 @@ class TestTelling(Case):
         assert xy3ctl.run('watch', '-t', '0.5')[0] == OK
         status, _, errors = xy3ctl.run('watch', '-n', '1000', '-t', '0.5')
         assert status == FAILURE
-        assert 'time is up' in errors
+        assert 'timed out' in errors
 
     def test_watch_on_a_terminal(self):
         """A picture of 24 lines of 80 characters at most, with an error in red"""

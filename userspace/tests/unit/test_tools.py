@@ -173,6 +173,13 @@ class TestXy3ctl(Tool):
         assert self.complete('stream', '--bits', '=', '3') == ['32']
         assert 'circle' in self.complete('stream', 'ci')
         assert self.complete('command', 'cal') == ['calibrate']
+        assert set(self.complete('command', 'rate', '')) - set(self.options('command')) == \
+            {'57600', '115200', '230400', '460800', '921600'}
+        assert self.complete('command', 'rate', '9') == ['921600']
+        assert self.complete('command', 'autocalib', 'o') == ['on', 'off']
+        assert self.complete('command', 'calibrate', '1') == []
+        assert {'autocalib', 'temp-comp', 'rate'} <= set(self.complete('command', ''))
+        assert 'on' not in self.complete('command', '')
         assert self.complete('watch', '--count', '') == []
 
     def test_bash_offers_files(self):

@@ -107,6 +107,28 @@ class TestNumbers(Case):
             assert 'in_sync 1\n' in output
 
 
+class TestMessages(Case):
+    """They name what was typed, and what is missing."""
+
+    def test_usage(self):
+        for words, says in (((), 'missing verb'), (('fly',), "unknown verb 'fly'"),
+                            (('command',), 'missing command'),
+                            (('command', 'dance'), "unknown command 'dance'"),
+                            (('command', 'autocalib'), 'autocalib: missing on or off'),
+                            (('command', 'rate'), 'rate: missing rate'),
+                            (('command', 'autocalib', 'perhaps'),
+                             "autocalib: 'perhaps' is not on or off, and axes out of xyzuw"),
+                            (('command', 'calibrate', 'q'), "calibrate: 'q' is not axes"),
+                            (('command', 'rate', '115200', 'x'), "no rate '115200 x'"),
+                            (('command', 'rate', '1', '2', '3'), 'too many arguments'),
+                            (('goto',), 'missing position'), (('stream',), 'missing FILE'),
+                            (('attach',), 'missing UART'), (('packets', 'a', 'b'), 'only one'),
+                            (('goto', 'x=1', 'x=2'), 'axis x is given twice'),
+                            (('stream', 'a', '--lines', '4'), 'require --spidev')):
+            with case.row(*words):
+                self.refused(USAGE, *words, says=says)
+
+
 class TestFiles(Case):
     """A file of numbers: what is not sure is refused, and nothing is sent then."""
 

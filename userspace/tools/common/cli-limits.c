@@ -64,6 +64,6 @@ int limits_wait_ms(const struct limits *limits, double most)
 int limits_status(const struct limits *limits)
 {
 	if (limits->count && limits->seen < limits->count)
-		return cli_error("time is up: %lu of %lu", limits->seen, limits->count);
+		return cli_error("timed out: %lu of %lu", limits->seen, limits->count);
 	return CLI_OK;
 }

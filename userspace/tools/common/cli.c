@@ -110,7 +110,7 @@ static error_t parse_tool(int key, char *argument, struct argp_state *state)
 		state->next = state->argc;
 		return 0;
 	case ARGP_KEY_NO_ARGS:
-		argp_error(state, "which verb?");
+		argp_error(state, "missing verb");
 		return 0;
 	}
 	return ARGP_ERR_UNKNOWN;
@@ -189,7 +189,7 @@ int cli_main(const struct cli_tool *tool, int argc, char **argv)
 
 	verb = find_verb(tool, argv[choice.verb]);
 	if (!verb)
-		return cli_usage("no verb %s", argv[choice.verb]);
+		return cli_usage("unknown verb '%s'", argv[choice.verb]);
 	return run_verb(verb, argc - choice.verb, argv + choice.verb);
 }
 

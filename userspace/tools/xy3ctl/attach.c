@@ -75,15 +75,17 @@ static const struct argp attach_argp = {
 	       "\v"
 	       "The head's name is printed. It is there as long as this runs: until it is "
 	       "interrupted, `xy3ctl detach' is used, or the UART goes, when the exit status is 3. "
-	       "It wants root. To have it done at every start and plug-in, see "
-	       "xy3-attach@.service.",
+	       "It requires root. To have it done at every start and plug-in, see "
+	       "xy3-attach@.service.\n\n"
+	       "  xy3ctl attach /dev/ttyUSB0\n"
+	       "  xy3ctl attach --rate 921600 --daemon /dev/ttyUSB0",
 };
 
 static const struct argp detach_argp = {
 	.parser = parse, .children = cli_children, .args_doc = "{UART|HEAD}",
 	.doc = "End what `xy3ctl attach' or ldattach has begun: the UART is a plain one again."
 	       "\v"
-	       "An ldattach goes on to hold the UART until it is stopped. It wants root.",
+	       "An ldattach goes on to hold the UART until it is stopped. It requires root.",
 };
 
 static const struct {
@@ -166,7 +168,7 @@ static int set_ldisc(int fd, const char *name, int number)
 			"looks",
 				 name, number);
 	case EPERM:
-		return cli_error("%s: to attach a head wants root", name);
+		return cli_error("%s: attaching a head requires root", name);
 	}
 	return cli_errno(errno, "%s", name);
 }

@@ -34,11 +34,11 @@ static error_t parse(int key, char *argument, struct argp_state *state)
 		return 0;
 	case ARGP_KEY_ARG:
 		if (settings->count == 3)
-			argp_error(state, "too many words");
+			argp_error(state, "too many arguments");
 		settings->words[settings->count++] = argument;
 		return 0;
 	case ARGP_KEY_NO_ARGS:
-		argp_error(state, "which command?");
+		argp_error(state, "missing command");
 		return 0;
 	}
 	return ARGP_ERR_UNKNOWN;
@@ -60,7 +60,9 @@ static const struct argp argp = {
 	       "it "
 	       "is a failure. Without a forward channel only the UART is set. With --spidev only "
 	       "the "
-	       "head is told.",
+	       "head is told.\n\n"
+	       "  xy3ctl command autocalib on xy\n"
+	       "  xy3ctl command rate 921600",
 };
 
 /* ---- what there is ---- */
@@ -113,8 +115,11 @@ static int code_of(const struct command *command, const char *argument, uint32_t
 		*code = error;
 		return error < 0 ? cli_usage("a head has no rate '%s'", argument) : CLI_OK;
 	}
+	if (error && command->kind == SWITCHED)
+		return cli_usage("%s: '%s' is not on or off, and axes out of xyzuw", command->name,
+				 argument);
 	if (error)
-		return cli_usage("%s: `%s' makes no sense", command->name, argument);
+		return cli_usage("%s: '%s' is not axes out of xyzuw", command->name, argument);
 	*code = (on ? command->on : command->off) | axes;
 	return CLI_OK;
 }
@@ -194,7 +199,10 @@ int command_verb(int argc, char **argv)
 	argp_parse(&argp, argc, argv, 0, NULL, &settings);
 	command = find(settings.words[0]);
 	if (!command)
-		return cli_usage("no command %s", settings.words[0]);
+		return cli_usage("unknown command '%s'", settings.words[0]);
+	if (settings.count == 1 && command->kind != AXES)
+		return cli_usage("%s: missing %s", command->name,
+				 command->kind == RATE ? "rate" : "on or off");
 	join(argument, sizeof(argument), &settings);
 	status = code_of(command, argument, &code);
 	if (status)

@@ -52,7 +52,7 @@ static error_t parse(int key, char *argument, struct argp_state *state)
 		return 0;
 	case ARGP_KEY_ARG:
 		if (settings->file)
-			argp_error(state, "one FILE is enough");
+			argp_error(state, "only one FILE is possible");
 		settings->file = argument;
 		return 0;
 	case KEY_BIG_ENDIAN:
@@ -83,7 +83,9 @@ static const struct argp argp = {
 	       "out, "
 	       "and counted at the end, on standard error. With --json the last object has the "
 	       "counts. A FILE without any packet is a failure (1); when the head goes the status "
-	       "is 3.",
+	       "is 3.\n\n"
+	       "  xy3ctl packets --raw\n"
+	       "  xy3ctl packets --json uart.bin",
 };
 
 static const struct {

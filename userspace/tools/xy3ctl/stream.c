@@ -153,14 +153,18 @@ static const struct argp argp = {
 	       "are in the middle. Where the line map has a gate, a number after those of all axes "
 	       "is 1 or 0 for it. Empty lines and lines that begin with # are left out. A regular "
 	       "file is checked before anything is sent; of a pipe all that comes before a wrong "
-	       "line is sent. "
+	       "line is sent."
 	       "\n\nWith --jump-speed and --mark-speed the lines are vertices of a path, each with "
 	       "its gate. A line with 1 is marked to, with the gate high on the whole way; a line "
-	       "with 0 is jumped to. The first vertex is reached at once, with the gate low. "
+	       "with 0 is jumped to. The first vertex is reached at once, with the gate low."
 	       "\n\nThe stream ends when the last scan has been sent. When it is interrupted, it is "
 	       "aborted: what the controller does not have yet is dropped. The mirrors stay where "
 	       "they are, with the gate low. At the end the program reports how many scans have been "
-	       "sent, and how often it was late (underruns). None of this is an interlock for a laser.",
+	       "sent, and how often it was late (underruns). None of this is an interlock for a laser.\n\n"
+	       "  xy3ctl stream circle --rate 20000 --repeat 10\n"
+	       "  xy3ctl stream scans.csv --gate-on-delay=-20\n"
+	       "  xy3ctl stream letters.csv --jump-speed 500 --mark-speed 100 --jump-delay 200\n"
+	       "  ./program | xy3ctl stream --codes -",
 };
 
 static double now(void)

@@ -63,7 +63,10 @@ static const struct argp argp = {
 	       "stopped telling it; all that is known comes first. With --json a line is an object "
 	       "with the members name and value. Temperatures are looked at once in an interval; "
 	       "errors and sync come at once. It ends with status 3 when the head goes, with 1 "
-	       "when the time is up before the count, and with 130 when it is interrupted.",
+	       "when the time is up before the count, and with 130 when it is interrupted.\n\n"
+	       "  xy3ctl watch\n"
+	       "  xy3ctl watch --interval 10 --json\n"
+	       "  xy3ctl watch --count 1 --timeout 60",
 };
 
 static void print_change(const struct settings *settings, const struct head *head,
