@@ -205,7 +205,7 @@ static const struct keys_row keys_rows[] = {
 	{ "held", { 5, 0 }, { 5, 0 }, 0, { } },
 	{ "second key", { 5, 0 }, { 5, 6 }, 1, { { 6, true } } },
 	{ "slots exchanged", { 5, 6 }, { 6, 5 }, 0, { } },
-	{ "key moves up when the first is let go", { 5, 6 }, { 6, 0 }, 1, { { 5, false } } },
+	{ "key moves up when the first is released", { 5, 6 }, { 6, 0 }, 1, { { 5, false } } },
 	{ "key moves to slot 2 when another comes", { 6, 0 }, { 5, 6 }, 1, { { 5, true } } },
 	{ "one key in both slots is down once", { 0, 0 }, { 5, 5 }, 1, { { 5, true } } },
 	{ "and up once", { 5, 5 }, { 0, 0 }, 1, { { 5, false } } },

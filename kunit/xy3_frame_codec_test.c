@@ -44,7 +44,7 @@ static struct bits frame_of(bool is_32, bool position, u32 data)
 	return bits;
 }
 
-/* Decode from memory of exactly so many bytes */
+/* Decode from memory of exactly this size */
 static struct xy3_frame decoded(struct kunit *test, const u8 *raw, size_t size)
 {
 	u8 *copy = kunit_kmalloc(test, size, GFP_KERNEL);

@@ -337,7 +337,7 @@ static void choice_back_test(struct kunit *test)
 	uart = uart_come(test, NULL);
 	KUNIT_EXPECT_PTR_EQ(test, uart_head(uart), forwards[1]->xy3.head);
 
-	/* refused: the UART is let go, and nothing is left */
+	/* refused: the UART is released, and nothing is left */
 	KUNIT_ASSERT_EQ(test, choose(test, "xy3-1"), 0);
 	uart_plug(test, fail, &(struct firmware_text){ });
 	KUNIT_EXPECT_FALSE(test, uart_bound(fail));
@@ -497,7 +497,7 @@ static bool can_all_but_115200(unsigned int rate)
 	return rate != 115200;
 }
 
-/* The UART cannot do what firmware wants: there is no use in listening at another rate */
+/* The UART cannot do what firmware requests: there is no use in listening at another rate */
 static void probe_refused_test(struct kunit *test)
 {
 	struct uart *uart = uart_make(test);

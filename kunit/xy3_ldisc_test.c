@@ -34,7 +34,7 @@ static void attach_test(struct kunit *test)
 
 	line_detach(line);
 	KUNIT_EXPECT_EQ(test, heads(), 0);
-	/* what comes now is somebody else's */
+	/* what comes now is another's */
 	LINE_SEND(test, line, SYNC, SYNC);
 	KUNIT_ASSERT_EQ(test, line_attach(line), 0);
 	EXPECT_SHOWS(test, head_of_number(0), "stats/rx_bytes", "0");
@@ -275,7 +275,7 @@ static void search_line_errors_test(struct kunit *test)
 	KUNIT_EXPECT_LT(test, ktime_to_ms(ktime_get()) - begin, 2000);
 	EXPECT_CALLS(test, { UART, 230400 });
 
-	/* control: so many bytes without errors do nothing */
+	/* control: as many bytes without errors do nothing */
 	line_send(test, line, data, NULL, sizeof(data));
 	msleep(2000);
 	expect_no_call(test);

@@ -182,7 +182,7 @@ static const struct stream_row damage_rows[] = {
 	{ "a damaged byte does not count as a start", SYNC "!48 07 01 04", "", { .dropped = 7 } },
 	{ "the rest of a packet is not a packet", SYNC NEXT " 48 ff ff 01 !02 " NEXT " " NEXT,
 	  FOUND, { .dropped = 13 } },
-	{ "255 bytes are let go", SYNC NEXT " 48 ff ff a5*254 !a5 " SYNC NEXT, FOUND " / " FOUND,
+	{ "255 bytes are dropped", SYNC NEXT " 48 ff ff a5*254 !a5 " SYNC NEXT, FOUND " / " FOUND,
 	  { .dropped = 258, .resyncs = 1, .in_sync = true } },
 };
 

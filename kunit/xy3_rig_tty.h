@@ -4,7 +4,7 @@
  *
  *   struct line      a UART's tty of a driver of ours, for the line discipline: data come with any
  *                    mark of a line error
- *   struct reader    who has a head's own tty open: a line discipline of ours
+ *   struct reader    has a head's own tty open: a line discipline of ours
  */
 #ifndef XY3_RIG_TTY_H
 #define XY3_RIG_TTY_H
@@ -200,10 +200,10 @@ static inline unsigned int set_speed(struct tty_struct *tty, unsigned int rate)
 	return tty_get_baud_rate(tty);
 }
 
-/* ---- who reads a head's tty ---- */
+/* ---- the reader of a head's tty ---- */
 
 /**
- * struct reader - who reads a head's tty
+ * struct reader - the reader of a head's tty
  * @tty: the tty, or NULL
  * @room: what it takes at once; 0 for nothing
  * @size: bytes that came

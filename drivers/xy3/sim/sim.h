@@ -337,7 +337,7 @@ struct xy3_sim_telemetry {
  * struct xy3_sim_uart - the UART at the end of the backchannel
  * @port: its tty port; the head is freed with it
  * @speed: of the tty in bit/s; written by the tty, read by the worker
- * @open: somebody has the tty open
+ * @open: the tty is open
  * @openings: how often it was opened
  * @packets: sent as they are
  * @bytes: in them
@@ -366,12 +366,12 @@ struct xy3_sim_uart {
 /**
  * enum xy3_sim_fault - what can be made to go wrong
  * @XY3_SIM_SPI_FLIP: frames in which one bit is to be wrong
- * @XY3_SIM_SPI_FLIP_EVERY: one bit is wrong in one frame of so many
+ * @XY3_SIM_SPI_FLIP_EVERY: one bit is wrong in one frame of this number
  * @XY3_SIM_SPI_FLIP_LINE: in this line, counted from 1; 0: in any of those that carry an axis
  * @XY3_SIM_SPI_FLIP_CLOCK: in this clock, counted from 1; 0: in any
  * @XY3_SIM_SPI_CLOCK: frames of which the last clock is to be lost
  * @XY3_SIM_SPI_ERROR_IN: the message that fails, 1 is the next one
- * @XY3_SIM_SPI_ERROR_EVERY: one message of so many fails
+ * @XY3_SIM_SPI_ERROR_EVERY: one message of this number fails
  * @XY3_SIM_SPI_STALL_MS: the next message takes so much longer
  * @XY3_SIM_UART_SILENCE: packets that are not sent
  * @XY3_SIM_UART_NOISE: packets with noise before them
