@@ -244,7 +244,7 @@ static int spidev_failed(const struct forward *forward, int error)
 	case -ESHUTDOWN:
 		return cli_no_device("%s: %s", forward->name, strerror(-error));
 	case -EOPNOTSUPP:
-		return cli_error("%s: the controller has not so many data lines", forward->name);
+		return cli_error("%s: the controller has fewer data lines", forward->name);
 	case -EINVAL:
 		return cli_error("%s: the controller refuses this mode", forward->name);
 	case -ERANGE:

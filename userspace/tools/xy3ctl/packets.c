@@ -36,7 +36,7 @@ enum { KEY_BIG_ENDIAN = 0x100 };
 static const struct argp_option options[] = {
 	{ "big-endian", KEY_BIG_ENDIAN, NULL, 0,
 	  "Numbers of FILE have their most significant byte first", 0 },
-	{ "count", 'n', "NUMBER", 0, "End after so many packets", 0 },
+	{ "count", 'n', "NUMBER", 0, "End after this number of packets", 0 },
 	{ "raw", 'r', NULL, 0, "Show each packet's bytes, in hexadecimal, as well", 0 },
 	{ "timeout", 't', "SECONDS", 0, "End after this time", 0 },
 	{ 0 }

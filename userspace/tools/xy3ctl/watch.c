@@ -2,7 +2,7 @@
 /*
  * xy3ctl watch: what a head tells, as it tells it.
  *
- * Errors, sync and identity wake us by the head's uevents; the rest is looked at every so often.
+ * Errors, sync and identity wake us by the head's uevents; the rest is polled.
  */
 #include <errno.h>
 #include <json-c/json.h>
@@ -26,7 +26,7 @@ struct settings {
 
 static const struct argp_option options[] = {
 	{ "interval", 'i', "SECONDS", 0, "Look at temperatures and hours this often (1)", 0 },
-	{ "count", 'n', "NUMBER", 0, "End after so many lines, or pictures", 0 },
+	{ "count", 'n', "NUMBER", 0, "End after this number of lines, or pictures", 0 },
 	{ "timeout", 't', "SECONDS", 0, "End after this time", 0 },
 	{ 0 }
 };
