@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """doctor with faults that a machine cannot be given cheaply, planted in a made-up root: what is
-installed, DKMS, Secure Boot, udev's rules, a pendant on USB, and who holds it.
+installed, DKMS, Secure Boot, udev's rules, a pendant on USB, and its holder.
 
 Each has its control beside it: the healthy root, in which nothing is found.
 """
@@ -164,7 +164,8 @@ class TestCase(case.Case):
     def test_healthy(self):
         for tool in RULES:
             findings = self.assert_well(self.root(tool))
-            for check in ('headers', 'dkms', 'module', 'blacklist', 'version', 'signature', 'rules'):
+            for check in ('headers', 'dkms', 'module', 'blacklist', 'version', 'signature',
+                          'rules'):
                 assert [finding[0] for finding in findings[check]] == ['ok'], check
 
     def test_text(self):
@@ -203,7 +204,7 @@ class TestCase(case.Case):
         self.assert_found(root, 'dkms', 'not built', fix)
         root.write('%s/%s/build/make.log' % (DKMS, version()), 'error\n')
         self.assert_found(root, 'dkms', '/build/make.log', fix)
-        # who has built it by hand has none
+        # a driver that was built by hand has none
         root.remove(DKMS)
         assert self.assert_well(root)['dkms'][0][0] == 'skipped'
 

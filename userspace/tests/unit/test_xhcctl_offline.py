@@ -105,7 +105,7 @@ class TestWords(Case):
 
     def test_a_field_that_is_wrong_is_named(self):
         for words, message in ((['work=1'], 'no field work'), (['step=1', 'step=2'],
-                               'step stands there twice'), (['position=', 'work_y=1'],
+                               'step is given twice'), (['position=', 'work_y=1'],
                                'work_y is a part of position')):
             self.assert_says(run('set', *words), USAGE, message)
 

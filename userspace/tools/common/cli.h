@@ -98,7 +98,7 @@ void cli_json_text(struct json_object *object, const char *key, const char *valu
 void cli_json_number(struct json_object *object, const char *key, long long value);
 void cli_json_bool(struct json_object *object, const char *key, bool value);
 
-/* Colour and progress are for people: is this descriptor a terminal that wants them? */
+/* Colour and progress are for people: is this descriptor a terminal that takes them? */
 bool cli_is_terminal(int fd);
 
 /* What cli_colour() takes */

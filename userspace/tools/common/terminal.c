@@ -39,7 +39,7 @@ static void take_signal(int signal)
 
 void cli_catch_signals(void)
 {
-	/* without SA_RESTART: who waits is woken */
+	/* without SA_RESTART: a waiting call returns */
 	const struct sigaction action = { .sa_handler = take_signal };
 
 	sigaction(SIGINT, &action, NULL);

@@ -42,7 +42,7 @@ static bool has_back(struct doctor *doctor, const char *path)
 
 /* ---- the line discipline's number ---- */
 
-/* Who has a number, by /proc/tty/ldiscs; "" when nobody has */
+/* The owner of a number, by /proc/tty/ldiscs; "" when it has none */
 static void ldisc_owner(struct doctor *doctor, int wanted, char *name, size_t size)
 {
 	FILE *file = fopen(doctor_path(doctor, "/proc/tty/ldiscs"), "re");

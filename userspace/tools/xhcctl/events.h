@@ -53,7 +53,7 @@ void events_close(struct events *events);
 int events_next(struct events *events, struct event *event);
 
 /*
- * A pendant that has gone lets everything go: the kernel says so, but not to who reads too late.
+ * A pendant that has gone releases everything: the kernel reports it, but not to a late reader.
  * Return 1 as long as there is an event to make up.
  */
 int events_release(struct events *events, struct event *event);

@@ -16,7 +16,7 @@ static const char text[] =
 	"Columns: number, name of the HID device, model, awake (yes or no), event node, hidraw node, "
 	"keycap layout (in brackets when none was chosen and it is only shown), where it is plugged "
 	"in. What is missing is a dash. Exit status 3 when there is no pendant.\n\n"
-	"Another program that wants a pendant's name only:\n"
+	"For a program that requires a pendant's name only:\n"
 	"  xhcctl list --json | jq -r '.pendants[].event'";
 
 static const char *last_word(const char *node)
@@ -71,7 +71,7 @@ static int print_json(const struct pendants *list)
 	return cli_json_print(document);
 }
 
-/* Those that the user wants to see */
+/* Those that the user asked for */
 static int select_pendants(struct pendants *list, const char *device)
 {
 	struct pendant one;

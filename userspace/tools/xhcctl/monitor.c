@@ -26,7 +26,7 @@ struct options {
 };
 
 static const struct argp_option option_table[] = {
-	{ "count", 'n', "NUMBER", 0, "End after so many events", 0 },
+	{ "count", 'n', "NUMBER", 0, "End after this number of events", 0 },
 	{ "timeout", 't', "SECONDS", 0, "End after this time", 0 },
 	{ "lines", 'l', NULL, 0, "An event a line, also on a terminal", 0 },
 	{ "display", 'D', NULL, 0, "With lines or JSON, also each change of the display", 0 },

@@ -27,7 +27,7 @@ struct options {
 };
 
 static const struct argp_option option_table[] = {
-	{ "count", 'n', "NUMBER", 0, "End after so many reports", 0 },
+	{ "count", 'n', "NUMBER", 0, "End after this number of reports", 0 },
 	{ "timeout", 't', "SECONDS", 0, "End after this time", 0 },
 	{ 0 }
 };
@@ -36,7 +36,7 @@ static const char doc[] =
 	"Write what a pendant sends to a file."
 	"\v"
 	"The reports as they come, with their times, in the format of hid-recorder, which `replay' and "
-	"hid-tools read. Without FILE they go to standard output. It wants the right to read the "
+	"hid-tools read. Without FILE they go to standard output. It requires the right to read the "
 	"pendant's hidraw node, which is root's as a rule.\n\n"
 	"Ends when it is interrupted, after --timeout, or after --count reports. Exit status 1 when the "
 	"time was up before the count; 3 when the pendant is unplugged. What was recorded until then "

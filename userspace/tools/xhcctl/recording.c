@@ -94,13 +94,13 @@ static const char *take_report(struct reader *reader, const char *text)
 		void *larger = reallocarray(recording->report, room, sizeof(report));
 
 		if (!larger)
-			return "no memory for so many reports";
+			return "no memory for all reports";
 		recording->report = larger;
 		reader->room = room;
 	}
 	report.data = malloc(report.size);
 	if (!report.data)
-		return "no memory for so many reports";
+		return "no memory for all reports";
 	memcpy(report.data, data, report.size);
 	recording->report[recording->count++] = report;
 	return NULL;
@@ -109,7 +109,7 @@ static const char *take_report(struct reader *reader, const char *text)
 static const char *take_text(char *to, size_t size, const char *text, bool *seen)
 {
 	if (*seen)
-		return "it stands there twice";
+		return "it is given twice";
 	*seen = true;
 	while (*text == ' ')
 		text++;
@@ -125,7 +125,7 @@ static const char *take_info(struct reader *reader, const char *text)
 	unsigned long bus, vendor, product;
 
 	if (reader->info)
-		return "it stands there twice";
+		return "it is given twice";
 	reader->info = true;
 	if (!take_number(&text, 16, 0xffff, &bus) || !take_number(&text, 16, 0xffff, &vendor) ||
 	    !take_number(&text, 16, 0xffff, &product) || *text)
@@ -155,7 +155,7 @@ static const char *take_line(struct reader *reader, const char *line)
 		return NULL;
 	case 'R':
 		if (recording->descriptor_size)
-			return "it stands there twice";
+			return "it is given twice";
 		return take_bytes(text, recording->descriptor, sizeof(recording->descriptor),
 				  &recording->descriptor_size);
 	case 'N':

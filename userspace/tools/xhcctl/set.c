@@ -63,7 +63,7 @@ static void add_assignment(struct options *options, const char *argument,
 		enum field_index other = options->assignment[i].field;
 
 		if (field == other)
-			argp_error(state, "%s stands there twice", fields[field].name);
+			argp_error(state, "%s is given twice", fields[field].name);
 		if (fields[other].group == field && field >= FIELDS)
 			argp_error(state, "%s is a part of %s", fields[other].name,
 				   fields[field].name);

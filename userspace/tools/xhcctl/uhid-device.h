@@ -11,7 +11,7 @@
 
 struct uhid_device {
 	int fd;
-	bool open;	/* a driver wants reports */
+	bool open;	/* a driver listens for reports */
 };
 
 /* All return 0 or a negative errno. */
