@@ -14,7 +14,7 @@ UDEVDIR ?= /usr/lib/udev
 UNITDIR ?= /usr/lib/systemd/system
 SRCDIR := /usr/src/$(NAME)-$(VERSION)
 
-# A kernel built by clang wants its modules built by clang; dkms may have passed LLVM itself
+# A kernel built by clang requires modules built by clang; dkms may have passed LLVM itself
 ifneq ($(shell grep -hs '^CONFIG_CC_IS_CLANG=y' $(KDIR)/include/config/auto.conf),)
 LLVM ?= 1
 export LLVM

@@ -75,7 +75,7 @@ void xy3_receiver_set_big_endian(struct xy3_receiver *receiver, bool big_endian)
  * moved past what was taken. Call it again until it returns false: then all data are taken.
  */
 bool xy3_receiver_next(struct xy3_receiver *receiver, const uint8_t **data, size_t *size);
-/* So many bytes came damaged, behind all that were given: sync is lost, what waited is dropped */
+/* A number of bytes came damaged, behind all that were given: sync is lost, what waited is dropped */
 void xy3_receiver_lost(struct xy3_receiver *receiver, size_t size);
 bool xy3_receiver_in_sync(const struct xy3_receiver *receiver);
 uint64_t xy3_receiver_count(const struct xy3_receiver *receiver, enum xy3_counter counter);
@@ -219,7 +219,7 @@ struct xy3_spidev;
  * Open a device, and set SPI mode 1 and the lines of the map, which is copied. rate: frames per
  * second, each with its gap when SYNC is a line; 0 is 100000, or less where the bus is slower.
  * Return 0; what open() says; -ENOTTY: no spidev; -EINVAL: the controller refuses the mode;
- * -EOPNOTSUPP: it has taken the mode, but has not so many lines; -ERANGE: the rate is above the
+ * -EOPNOTSUPP: it has taken the mode, but has fewer lines; -ERANGE: the rate is above the
  * highest clock. When it fails the device has its former mode; after close it keeps the new one.
  */
 int xy3_spidev_open(struct xy3_spidev **spidev, const char *path, const struct xy3_line_map *map,
@@ -232,7 +232,7 @@ void xy3_spidev_close(struct xy3_spidev *spidev);
  * with its last position once more and the gate low.
  * Return how many have been sent. When that is less, calling again with the rest tells why:
  * -ERANGE: a code has more bits, nothing was sent; -ESHUTDOWN: the device has gone; -EMSGSIZE:
- * not one scan fits into a message; -EINVAL: the kernel cannot send over so many lines (8 lines:
+ * not one scan fits into a message; -EINVAL: the kernel cannot send over these lines (8 lines:
  * before Linux 6.12); others are the controller's. Of a message that failed an unknown part may
  * have been sent.
  */

@@ -2,7 +2,7 @@
 #ifndef HOST_LINUX_TYPES_H
 #define HOST_LINUX_TYPES_H
 
-/* user space has the double underscore types and __le16 ... already; libc wants them too */
+/* user space has the double underscore types and __le16 ... already; libc requires them, too */
 #include_next <linux/types.h>
 #include <stdbool.h>
 #include <stddef.h>

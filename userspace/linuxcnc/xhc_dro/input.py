@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""hal_input's life: it ends when the pendant is unplugged, and somebody has to start it again."""
+"""hal_input's life: it ends when the pendant is unplugged, and has to be started again."""
 
 import subprocess
 import time

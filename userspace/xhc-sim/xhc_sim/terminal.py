@@ -28,7 +28,7 @@ KEYS = {
 }
 HELP = (
     'left/right wheel 1   PgUp/PgDn wheel 10   up/down selector   letter press a key',
-    'capital letter hold/let go   s sleep   u unplug   ! fault   ~ radio   q quit',
+    'capital letter hold/release   s sleep   u unplug   ! fault   ~ radio   q quit',
 )
 
 
@@ -40,7 +40,7 @@ class Terminal:
         self.source = source
         self.sink = sink
         self.message = ''
-        self.releases = []                  # (time, code) of keys to let go
+        self.releases = []                  # (time, code) of keys to release
         self.caps = dict(zip(LETTERS, sorted(device.model.keys)))
         self.detents = 0
         self.drawn = None
@@ -139,7 +139,7 @@ class Terminal:
                 self.releases.append((time.monotonic() + CLICK, code))
 
     def passing(self):
-        """What time brings: keys let go, sleep."""
+        """What time brings: keys released, sleep."""
         now = time.monotonic()
         while self.releases and self.releases[0][0] <= now:
             _, code = self.releases.pop(0)

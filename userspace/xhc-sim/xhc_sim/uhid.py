@@ -37,7 +37,7 @@ class UhidPendant(VirtualPendant):
     """The pendant as a uhid device.
 
     events    names of what uhid said: start, stop, open, close, set_report, ...
-    opened    the driver wants reports (between open and close)
+    opened    the driver listens for reports (between open and close)
     """
 
     _serial = 0

@@ -253,7 +253,7 @@ class Head:
     # --- as much as the line takes --------------------------------------------------------
 
     def stream(self, packets=0, size=0):
-        """Sends so many packets, or the fewest whole packets that have so many bytes.
+        """Sends a number of packets, or the fewest whole packets with a number of bytes.
 
         A generator: it yields wherever the caller may wait for the line. What it sends is a
         round of telemetry with a debug packet in it, over and over.

@@ -38,7 +38,7 @@ class Simulator:
             self._readers[fd] = call
 
     def run(self, until=lambda: False, timeout=math.inf):
-        """Runs until something is true, or so many seconds. -> whether it is true"""
+        """Runs until something is true, or a number of seconds. -> whether it is true"""
         deadline = time.monotonic() + timeout
         while not until():
             if time.monotonic() >= deadline:
@@ -57,7 +57,7 @@ class Simulator:
         self._wait(lambda: not self.line.pending, timeout, 'the other end does not take it')
 
     def stream(self, packets=0, size=0, timeout=math.inf):
-        """So many packets or bytes as fast as they are taken, and nothing else meanwhile."""
+        """A number of packets or bytes as fast as they are taken, and nothing else meanwhile."""
         deadline = time.monotonic() + timeout
         self._streaming = True
         try:
