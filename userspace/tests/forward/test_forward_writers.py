@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Who writes a stream: with and without waiting, with poll(), two at once, killed, cut off; and the
+"""Writers of a stream: with and without waiting, with poll(), two at once, killed, cut off; and the
 rate of the backchannel with a head that does not follow.
 """
 
@@ -98,7 +98,7 @@ class TestWaiting(Case):
         assert forward.x_of('positions') == str(count)
 
     def test_a_part_of_a_scan(self):
-        """Who is told that it was wrong may write it all again: nothing has been sent."""
+        """A writer that got an error may write it all again: nothing has been sent."""
         forward = self.forward(4, 'line')
         forward.record(1000)
         stream = forward.stream()
@@ -207,7 +207,7 @@ class TestCutOff(Case):
 
 class TestTwoHeads(Case):
     def test_streams(self):
-        """Each gets its own scans, whoever else writes."""
+        """Each gets its own scans, whichever else writes."""
         self.sim(4, 'line', more='heads=2')
         both = [self.channel(0), self.channel(1)]
         streams = []

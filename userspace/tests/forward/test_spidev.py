@@ -22,7 +22,7 @@ DEBUGFS = '/sys/kernel/debug/xy3-sim/0/'
 SPI_IOC_RD_MODE32, SPI_IOC_WR_MODE32 = 0x80046b05, 0x40046b05
 SPI_MODE_1, SPI_MODE_3, SPI_TX_QUAD = 1, 3, 0x200
 CALIBRATE, REFERENCE = 0xc0000, 0x20000
-# lines, framing, signals as the library wants them
+# lines, framing, signals as the library requires them
 ARRANGEMENTS = ((1, 'cs', None), (2, 'cs', 'y x'), (4, 'cs', None), (8, 'cs', None),
                 (4, 'line', 'sync x y z'), (8, 'line', 'sync x y z u w'))
 

@@ -190,7 +190,7 @@ class Reader:
             data += more
 
     def take(self, size, timeout=5.0):
-        """So many bytes, or fewer if no more come."""
+        """This number of bytes, or fewer if no more come."""
         data = b''
         while len(data) < size:
             more = self.read(size - len(data), timeout)

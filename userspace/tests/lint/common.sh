@@ -14,7 +14,7 @@ files() {
 	local file pattern
 	cd "$top" || return 1
 	if [ -e .git ] && command -v git > /dev/null; then
-		# root may run this in somebody else's clone
+		# root may run this in another user's clone
 		git -c safe.directory="$top" ls-files --cached --others --exclude-standard
 	else
 		find . -path ./build -prune -o -type f -not -path '*/__pycache__/*' -printf '%P\n'

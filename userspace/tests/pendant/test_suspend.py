@@ -95,7 +95,7 @@ class TestSuspend(Case):
                 self.assert_packet(pendant, pressed(3))
                 frames = pendant.settle()
                 suspend(level)
-                # let go before programs are frozen, so even if no device is suspended
+                # released before programs are frozen, so even if no device is suspended
                 self.assert_packet(pendant, released(3))
                 if level != 'freezer':
                     assert pendant.device.wait_frames(frames + 1)

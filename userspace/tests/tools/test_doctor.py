@@ -96,7 +96,7 @@ class TestPendant(Checks, rig.Case):
         finally:
             os.close(fd)
         assert 'no driver' in self.found()['holder'][0]
-        # the line that mends it
+        # the line that fixes it
         write_file('/sys/bus/usb/drivers/usbhid/bind', interface)
         assert wait(lambda: not self.found())
 
@@ -210,7 +210,7 @@ class TestHead(Checks, forward_rig.Case):
         self.assert_well()
 
     def test_head_at_another_rate(self):
-        """A real one, and the line that mends it"""
+        """A real one, and the line that fixes it"""
         forward = self.head(2, 'cs')
         assert 'back' not in self.found()
         write_file(forward.head + 'autobaud', '0')

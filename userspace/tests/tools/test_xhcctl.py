@@ -396,7 +396,7 @@ class TestMonitor(ToolCase):
             {'event': 'selector', 'position': 'off', 'value': 0}]
 
     def test_unplugged_with_a_key_down(self):
-        """Whoever reads this sees the key go up, whatever the kernel had time to say."""
+        """A reader sees the key go up, whatever the kernel had time to report."""
         pendant = self.plug()
         pendant.report(key1=2, selector=0x12)
         follower, _ = self.start()

@@ -196,7 +196,7 @@ class TestMonitor(ToolCase):
         assert {'event': 'selector', 'position': 'off', 'value': 0} in got
 
     def test_unplugged(self):
-        """All that was held or chosen is let go, and the second rotary is not known."""
+        """All that was held or chosen is released, and the second rotary is not known."""
         pendant = self.whb04b()
         follower, _ = self.start(pendant)
         pendant.device.select(pendant.device.model.selector['c'])

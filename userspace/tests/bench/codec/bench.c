@@ -5,7 +5,7 @@
  *   bench list                     the contests and their contenders, a line each
  *   bench check                    whether the contenders of each contest bring forth the same
  *   bench time ROUNDS USEC         time them all, in turns, some USEC of work each time
- *   bench blocks CONTEST CONTENDER TIMES	do so many blocks, for somebody who counts along
+ *   bench blocks CONTEST CONTENDER TIMES	do TIMES blocks, for a program that counts along
  */
 #include <stdio.h>
 #include <stdlib.h>

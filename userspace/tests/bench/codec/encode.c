@@ -31,7 +31,7 @@ static u32 bit_loop_frame(unsigned int frame_bits, u32 code)
 	return frame << parity_bits | (ones & ((1U << parity_bits) - 1));
 }
 
-/* Bit after bit, as they go over the wire: what one writes who has never met this problem before */
+/* Bit after bit, as they go over the wire: the obvious way to write it */
 static void bit_loop_encode(const struct xy3_line_map *map, const u32 *codes, size_t scans, u8 *out)
 {
 	unsigned int lines = map->lines, bits = 0;

@@ -29,7 +29,7 @@ def circumstances():
 
 
 def number(value, places=3):
-    """With so many digits that count, and no more."""
+    """With this number of significant digits."""
     if value is None:
         return '-'
     digits = len(str(int(value))) if value >= 1 else 0

@@ -161,7 +161,7 @@ def real_time(tree, rounds, seconds):
 def main():
     tree, spidev, rounds, seconds = sys.argv[1:]
     rounds, seconds = int(rounds), float(seconds)
-    # who writes goes before the controller's thread, as a program for a laser would: else the
+    # the writer goes before the controller's thread, as a program for a laser would: else the
     # controller, quicker than any wire, would pass its time with repeating the last position
     os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(1))
     kernel.load_module(tree + '/drivers/xy3/xy3.ko')

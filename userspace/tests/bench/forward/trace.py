@@ -75,7 +75,7 @@ def lasted(trace):
 def leads(trace, usec):
     """How long before the end of all that the controller had it was given each next message, in us;
     negative: it had nothing to send for so long, had its wire not waited for the processor as well.
-    usec() says how long so many bytes take.
+    usec() returns how long a number of bytes takes.
     """
     given, found = [], []
     until, done = None, 0

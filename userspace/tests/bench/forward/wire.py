@@ -52,7 +52,7 @@ class Arrangement:
 
 
 class Spidev:
-    """Sends bytes that are there already, a message for so many scans, with the kernel's spidev."""
+    """Sends bytes that are there already, one for a number of scans, with the kernel's spidev."""
 
     def __init__(self, node, arrangement, codes, rate, scans):
         axes = arrangement.axes

@@ -138,7 +138,7 @@ def test_it_acts_on_a_keyboard(keyboard):
 
 
 def test_without_our_rule_it_acts_on_a_pendant(keyboard, pendants):
-    """So this can fail. With the rule back it lets go of the pendant, which stays plugged in."""
+    """So this can fail. With the rule back it releases the pendant, which stays plugged in."""
     rule = 'TAG-="power-switch"\n'
     text = read_file(RULES)
     assert text.count(rule) == 1
