@@ -22,6 +22,9 @@
 /* Text that is written, in bytes: an array of 22 numbers, or a packet in hex */
 #define SIM_WRITE_MAX		1024
 
+/* Longest time that the bus can be locked for */
+#define SIM_LOCK_MAX_MS		10000
+
 static struct dentry *sim_root;
 
 /* ---- the receiver ---- */
@@ -178,6 +181,20 @@ static int sim_realtime_store(struct xy3_sim *sim, char *text, unsigned int inde
 	return err;
 }
 
+static int sim_bus_lock_store(struct xy3_sim *sim, char *text, unsigned int index)
+{
+	unsigned int ms;
+	int err = kstrtouint(text, 10, &ms);
+
+	if (err)
+		return err;
+	if (ms > SIM_LOCK_MAX_MS)
+		return -ERANGE;
+	WRITE_ONCE(sim->bus_lock_ms, ms);
+	schedule_work(&sim->bus_lock);
+	return 0;
+}
+
 static void sim_devices_show(struct seq_file *seq, struct xy3_sim *sim, unsigned int index)
 {
 	seq_printf(seq, "spi %s\nspidev spidev%d.0\ntty ttyXY3SIM%u\n", sim->spi_name,
@@ -205,6 +222,7 @@ static const struct xy3_sim_file sim_files[] = {
 	{ "state", sim_state_show },
 	{ "bus", sim_bus_show },
 	{ "realtime", sim_realtime_show, sim_realtime_store },
+	{ "bus_lock_ms", NULL, sim_bus_lock_store },
 };
 
 static const char * const sim_fault_names[XY3_SIM_FAULTS] = {

@@ -22,6 +22,7 @@
 #include <linux/spi/spi.h>
 #include <linux/string.h>
 #include <linux/time64.h>
+#include <linux/workqueue.h>
 
 #include "sim.h"
 
@@ -296,6 +297,23 @@ static int sim_message(struct spi_controller *controller, struct spi_message *me
 	return 0;
 }
 
+/* A driver of another device on the bus has it for itself */
+static void sim_lock_bus(struct work_struct *work)
+{
+	struct xy3_sim *sim = container_of(work, struct xy3_sim, bus_lock);
+
+	spi_bus_lock(sim->controller);
+	msleep(READ_ONCE(sim->bus_lock_ms));
+	spi_bus_unlock(sim->controller);
+}
+
+static void sim_end_lock(void *data)
+{
+	struct xy3_sim *sim = data;
+
+	cancel_work_sync(&sim->bus_lock);
+}
+
 static size_t sim_max_transfer(struct spi_device *spi)
 {
 	struct xy3_sim *sim = spi_controller_get_devdata(spi->controller);
@@ -460,6 +478,7 @@ int xy3_sim_spi_add(struct xy3_sim *sim)
 	if (!controller)
 		return -ENOMEM;
 	sim->controller = controller;
+	INIT_WORK(&sim->bus_lock, sim_lock_bus);
 	scoped_guard(mutex, &sim->lock)
 		sim_idle(sim);
 	spi_controller_set_devdata(controller, sim);
@@ -490,6 +509,9 @@ int xy3_sim_spi_add(struct xy3_sim *sim)
 	err = devm_spi_register_controller(dev, controller);
 	if (err)
 		return dev_err_probe(dev, err, "no SPI controller\n");
+	err = devm_add_action_or_reset(dev, sim_end_lock, sim);
+	if (err)
+		return err;
 	err = sim_add_device(sim);
 	if (err)
 		return dev_err_probe(dev, err, "no SPI device\n");

@@ -439,6 +439,8 @@ struct xy3_sim_node {
  * @properties: of the SPI device
  * @line_map: one of them, a word for each line
  * @lane_widths: a bus width for each lane
+ * @bus_lock: locks the bus, for a neighbour
+ * @bus_lock_ms: for so long
  * @swnode: its software node
  * @node_name: its name
  * @prepared: messages that the controller has been shown before they are sent, and not let go yet
@@ -469,6 +471,8 @@ struct xy3_sim {
 	struct property_entry properties[4];
 	u32 lane_widths[XY3_SIM_LINES_MAX];
 	const char *line_map[XY3_SIM_LINES_MAX];
+	struct work_struct bus_lock;
+	unsigned int bus_lock_ms;
 	struct software_node swnode;
 	char node_name[16];
 	atomic_t prepared;

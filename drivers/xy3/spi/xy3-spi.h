@@ -150,6 +150,7 @@ enum xy3_stream_stat {
  * @forward: the forward channel, which is told when there is room for commands
  * @writers: where those wait who want an empty block
  * @underrun: notifies user space of underruns
+ * @retry: sends @refused
  * @lock: protects all that follows up to @achieved; taken when a message is done, in any context
  * @running: a stream: when nothing is there to send, the last position is repeated
  * @primed: a scan has been sent since it runs
@@ -169,7 +170,8 @@ enum xy3_stream_stat {
  * @commands: commands, and the block that carries one
  * @closing: carries the last position with the gate low, when nothing else is sent; in no list
  * @closed: it was sent for the error there is
- * @queued: blocks that the controller has
+ * @queued: blocks that the controller has, @refused among them
+ * @refused: a block that waits until another driver unlocks the bus, or NULL
  * @last: the last scan that was given to the controller, with the gate low
  * @position: by column, the code that was sent last, whatever was not sent behind it; 0 for a gate
  * @stat: counters, by enum xy3_stream_stat
@@ -186,6 +188,7 @@ struct xy3_stream {
 	struct xy3_forward *forward;
 	wait_queue_head_t *writers;
 	struct delayed_work underrun;
+	struct delayed_work retry;
 
 	spinlock_t lock;	/* see above */
 	bool running;
@@ -207,6 +210,7 @@ struct xy3_stream {
 	struct xy3_block *closing;
 	bool closed;
 	unsigned int queued;
+	struct xy3_block *refused;
 	u8 last[XY3_SCAN_SIZE_MAX];
 	u32 position[XY3_COLUMNS_MAX];
 	u64 stat[XY3_STREAM_STATS];

@@ -124,6 +124,25 @@ static void xy3_stream_fail(struct xy3_stream *stream, int err)
 
 static void xy3_block_done(void *context);
 
+/*
+ * While another driver has locked the bus the controller refuses messages. It does not tell when
+ * that ends, and so the block is offered again and again; those behind it wait.
+ */
+static int xy3_submit(struct xy3_stream *stream, struct xy3_block *block)
+{
+	int err = xy3_block_send(block, xy3_block_done);
+
+	lockdep_assert_held(&stream->lock);
+	if (err == -EBUSY) {
+		stream->refused = block;
+		queue_delayed_work(system_percpu_wq, &stream->retry, 1);
+		err = 0;
+	}
+	if (!err)
+		stream->queued++;
+	return err;
+}
+
 /* What was sent last, with the gate low. Return false when nothing could have raised it. */
 static bool xy3_make_closing(struct xy3_stream *stream)
 {
@@ -142,8 +161,7 @@ static void xy3_close_after_error(struct xy3_stream *stream)
 	if (!stream->error || stream->queued || stream->closed || !xy3_make_closing(stream))
 		return;
 	stream->closed = true;
-	if (!xy3_block_send(stream->closing, xy3_block_done))
-		stream->queued++;
+	xy3_submit(stream, stream->closing);
 }
 
 /**
@@ -157,7 +175,7 @@ void xy3_pump(struct xy3_stream *stream, bool late)
 	int err;
 
 	lockdep_assert_held(&stream->lock);
-	while (!stream->error && stream->queued < XY3_BLOCKS_QUEUED) {
+	while (!stream->error && !stream->refused && stream->queued < XY3_BLOCKS_QUEUED) {
 		block = xy3_next_command(stream);
 		if (!block)
 			block = xy3_next_written(stream);
@@ -165,7 +183,7 @@ void xy3_pump(struct xy3_stream *stream, bool late)
 			block = xy3_next_repeated(stream);
 		if (!block)
 			return;
-		err = xy3_block_send(block, xy3_block_done);
+		err = xy3_submit(stream, block);
 		if (err) {
 			stream->stat[XY3_ERRORS]++;
 			xy3_stream_fail(stream, err);
@@ -173,8 +191,30 @@ void xy3_pump(struct xy3_stream *stream, bool late)
 			xy3_close_after_error(stream);
 			return;
 		}
-		stream->queued++;
 	}
+}
+
+static void xy3_block_sent(struct xy3_stream *stream, struct xy3_block *block, int err)
+{
+	lockdep_assert_held(&stream->lock);
+	stream->queued--;
+	if (err) {
+		stream->stat[XY3_ERRORS]++;
+		xy3_stream_fail(stream, err);
+	} else {
+		stream->stat[XY3_SCANS] += block->scans;
+		stream->stat[XY3_REPEATED] += block->repeats ? block->scans : 0;
+		if (block != stream->commands.block && !block->repeats)
+			memcpy(stream->position, block->position, sizeof(stream->position));
+		xy3_measure(stream, block->scans);
+	}
+	xy3_block_recycle(block, err);
+	xy3_pump(stream, true);
+	xy3_close_after_error(stream);
+	/* under the lock, as the stream may be gone behind it */
+	wake_up_all(&stream->done);
+	if (stream->writers)
+		wake_up_interruptible_poll(stream->writers, EPOLLOUT | EPOLLWRNORM);
 }
 
 /* A message is done, whatever became of it. In any context. */
@@ -182,30 +222,31 @@ static void xy3_block_done(void *context)
 {
 	struct xy3_block *block = context;
 	struct xy3_stream *stream = block->stream;
+
+	guard(spinlock_irqsave)(&stream->lock);
+	xy3_block_sent(stream, block, xy3_block_status(block));
+}
+
+/* Offer the block that was refused once more, unless the stream has failed meanwhile */
+static void xy3_retry(struct work_struct *work)
+{
+	struct xy3_stream *stream = container_of(to_delayed_work(work), struct xy3_stream, retry);
+	struct xy3_block *block;
 	int err;
 
-	scoped_guard(spinlock_irqsave, &stream->lock) {
-		stream->queued--;
-		err = xy3_block_status(block);
-		if (err) {
-			stream->stat[XY3_ERRORS]++;
-			xy3_stream_fail(stream, err);
-		} else {
-			stream->stat[XY3_SCANS] += block->scans;
-			stream->stat[XY3_REPEATED] += block->repeats ? block->scans : 0;
-			if (block != stream->commands.block && !block->repeats)
-				memcpy(stream->position, block->position,
-				       sizeof(stream->position));
-			xy3_measure(stream, block->scans);
-		}
-		xy3_block_recycle(block, err);
-		xy3_pump(stream, true);
-		xy3_close_after_error(stream);
-		/* under the lock, as the stream may be gone behind it */
-		wake_up_all(&stream->done);
-		if (stream->writers)
-			wake_up_interruptible_poll(stream->writers, EPOLLOUT | EPOLLWRNORM);
+	guard(spinlock_irqsave)(&stream->lock);
+	block = stream->refused;
+	stream->refused = NULL;
+	stream->queued--;
+	err = block == stream->closing ? 0 : stream->error;
+	if (!err)
+		err = xy3_submit(stream, block);
+	if (err) {
+		stream->queued++;
+		xy3_block_sent(stream, block, err);
+		return;
 	}
+	xy3_pump(stream, false);
 }
 
 /* ---- for the others ---- */
@@ -649,6 +690,7 @@ int xy3_stream_init(struct xy3_stream *stream)
 	struct xy3_block *block;
 	int err;
 
+	INIT_DELAYED_WORK(&stream->retry, xy3_retry);
 	spin_lock_init(&stream->lock);
 	init_waitqueue_head(&stream->done);
 	INIT_LIST_HEAD(&stream->empty);
@@ -682,6 +724,7 @@ void xy3_stream_exit(struct xy3_stream *stream)
 {
 	xy3_stream_stop(stream);
 	wait_event(stream->done, xy3_stream_idle(stream));
+	cancel_delayed_work_sync(&stream->retry);
 	xy3_stream_no_blocks(stream);
 	xy3_blocks_free(&stream->spare);
 	xy3_block_free(stream->closing);

@@ -5,6 +5,7 @@ a controller of mainline, by the name that stands beside it: it works, or its re
 
 import glob
 import struct
+import time
 
 import pytest
 import forward_rig
@@ -148,6 +149,38 @@ class TestControllers(Case):
         assert bus['longest_silence_ns'] >= us * 1000
         most = 100000 * 2560 / (2560 + us)
         assert most * 0.98 < achieved < most * 1.01
+
+    def test_locked_bus(self):
+        """A neighbour on the bus may have it for itself for some time: nothing is lost but time."""
+        forward = self.forward(4, 'line', more='realtime=1')
+
+        def lock():
+            forward.set_sim('bus_lock_ms', 100)
+
+        lock()
+        write_file(forward.head + 'calibrate', 'x')
+        write_file(forward.head + 'calibrate', 'y')
+        assert wait(lambda: forward.codes() == ['c0001', 'c0002'])
+        forward.record(10000)
+        stream = forward.stream()
+        scans = [struct.pack('<3I', i, i, i) for i in range(2000)]
+        stream.write(b''.join(scans[:1000]))
+        lock()
+        for number in range(1000, 2000, 50):
+            stream.write(b''.join(scans[number:number + 50]))
+            time.sleep(0.015)
+        lock()
+        time.sleep(0.05)
+        stream.finish()
+        assert forward.recorded() == b''.join(scans)
+        lock()
+        assert forward.set('out_angl0_raw', 7) is None
+        assert forward.set('out_angl0_raw', 8) is None
+        assert forward.x_of('positions') == '8'
+        assert forward.number('bus_errors') == 0
+        lock()
+        write_file(forward.head + 'calibrate', 'z')
+        forward.unbind()
 
     def test_flash_only(self):
         """zynqmp-gqspi has no plain transfers."""
