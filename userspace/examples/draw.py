@@ -1,9 +1,10 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""draw.py [-o PNG] [FOLDER]: draw what a virtual scanhead has received.
+"""draw.py [-a] [-o PNG] [FOLDER]: draw what a virtual scanhead has received.
 
-FOLDER has the files record.bin and positions of xy3-sim; without it, it is that of the first head.
-The picture is printed, or goes to a file PNG. X is to the right, Y up.
+FOLDER has the files record.bin, positions and signals of xy3-sim; without it, it is that of the
+first head. The picture is printed, or goes to a file PNG. X is to the right, Y up. With a gate among
+the signals only scans with the gate high are drawn; with -a all are.
 """
 
 import argparse
@@ -26,22 +27,33 @@ SPOT = 2                            # radius of the laser's spot in pixels
 COLOUR = (80, 255, 140)
 
 
-def read(folder):
+def has_gate(folder):
+    try:
+        with open(os.path.join(folder, 'signals'), encoding='ascii') as file:
+            return 'gate' in file.read().split()
+    except FileNotFoundError:
+        return False
+
+
+def read(folder, hide=True):
     """-> [(x, y), ...], each from 0 to 1"""
     with open(os.path.join(folder, 'positions'), encoding='ascii') as file:
         axes = [line.split() for line in file]
     with open(os.path.join(folder, 'record.bin'), 'rb') as file:
         codes = array.array('I', file.read())
     names = [axis[0] for axis in axes]
-    places = []
+    places, gate = [], has_gate(folder)
     for name in 'xy':
         if name in names:
             at = names.index(name)
             places.append([None if code == NO_CODE else code / ((1 << int(axes[at][2])) - 1)
-                           for code in codes[at::len(axes)]])
+                           for code in codes[at::len(axes) + gate]])
     if len(places) == 1:            # a head with one axis draws a line
         places.append([0.5] * len(places[0]))
-    return [place for place in zip(*places) if None not in place]
+    high = [1] * len(places[0])
+    if gate and hide:               # it is behind the codes of a scan
+        high = codes[len(axes)::len(axes) + 1]
+    return [place for place, shown in zip(zip(*places), high) if shown and None not in place]
 
 
 def as_text(places):
@@ -82,10 +94,11 @@ def as_png(places):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument('-a', '--all', action='store_true', help='also what the gate hides')
     parser.add_argument('-o', '--output', metavar='PNG', help='a file for the picture')
     parser.add_argument('folder', nargs='?', default=FOLDER, metavar='FOLDER')
     options = parser.parse_args()
-    places = read(options.folder)
+    places = read(options.folder, not options.all)
     if not places:
         sys.exit('draw.py: nothing was recorded')
     if options.output:

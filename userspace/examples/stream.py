@@ -3,7 +3,9 @@
 """stream.py [-r RATE] [DEVICE]: stream positions to a scanhead, by its IIO buffer.
 
 Standard input has a position a line: for each axis a number from -1 to 1, X first. Axes that a line
-leaves out are in the middle. DEVICE is iio:device<n>; without it the first that is a scanhead.
+leaves out are in the middle. Where the head has a gate, a number behind those of all axes is 1 or 0
+for it, and without it the gate is low; it is no interlock. DEVICE is iio:device<n>; without it the
+first that is a scanhead.
 """
 
 import argparse
@@ -21,6 +23,7 @@ class Scanhead:
         self.folder = os.path.join(DEVICES, device)
         self.node = os.path.join('/dev', device)
         self.axes = len(glob.glob(self.folder + '/out_angl*_raw'))
+        self.gate = os.path.exists(self.folder + '/out_voltage0_label')
         self.highest = (1 << CODE_BITS[self.get('frame_bits')]) - 1
 
     def get(self, name):
@@ -32,14 +35,20 @@ class Scanhead:
             file.write(str(value))
 
     def scan(self, position):
-        """Bytes: a number of 32 bits for each axis."""
-        position = (position + [0.0] * self.axes)[:self.axes]
-        return struct.pack('<%dI' % self.axes,
-                           *(round((place + 1) / 2 * self.highest) for place in position))
+        """Bytes: a number of 32 bits for each axis, and for the gate."""
+        gate = [int(word) for word in position[self.axes:]][:self.gate]
+        places = (position + [0.0] * self.axes)[:self.axes]
+        if not all(-1 <= place <= 1 for place in places) or not set(gate) <= {0, 1}:
+            raise ValueError('a place that is not from -1 to 1, or a gate that is not 0 or 1')
+        codes = [round((place + 1) / 2 * self.highest) for place in places]
+        codes += (gate + [0])[:self.gate]
+        return struct.pack('<%dI' % len(codes), *codes)
 
     def stream(self, data):
         for axis in range(self.axes):
             self.set('scan_elements/out_angl%d_en' % axis, 1)
+        if self.gate:
+            self.set('scan_elements/out_voltage0_en', 1)
         self.set('buffer/length', 4096)
         self.set('buffer/enable', 1)
         try:
@@ -59,6 +68,15 @@ def find():
     sys.exit('stream.py: no scanhead: is xy3-spi loaded, and bound to an SPI device?')
 
 
+def scans_of(head, lines):
+    """Their bytes; what is wrong in a line ends the program before anything is sent."""
+    for number, line in enumerate(lines, 1):
+        try:
+            yield head.scan([float(word) for word in line.split()])
+        except ValueError as error:
+            sys.exit('stream.py: line %d: %s' % (number, error))
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument('-r', '--rate', type=int, help='frames per second')
@@ -67,7 +85,7 @@ def main():
     head = Scanhead(options.device or find())
     if options.rate:
         head.set('sampling_frequency', options.rate)
-    scans = [head.scan([float(word) for word in line.split()]) for line in sys.stdin]
+    scans = list(scans_of(head, sys.stdin))
     before = head.get('underruns')
     head.stream(memoryview(b''.join(scans)))
     print('%d scans sent, %d underruns' % (len(scans), head.get('underruns') - before))

@@ -3,6 +3,7 @@
 head, and what it has received is drawn.
 """
 
+import glob
 import os
 import subprocess
 import pytest
@@ -54,6 +55,39 @@ class TestExamples(Case):
         self.head('lines=2')
         write_file('/sys/bus/iio/devices/iio:device0/frame_bits', '32')
         self.check((1 << 26) - 1, 2)
+
+    def test_gate(self):
+        """Letters, of which the jumps between strokes do not show"""
+        self.head('lines=4 framing=line')
+        write_file(DEBUGFS + 'signals', 'sync x y gate')
+        spi, = glob.glob('/sys/bus/spi/devices/spi*.0')
+        write_file(spi + '/line_map', 'sync x y gate')
+        path = example('figure', 'letters')
+        write_file(DEBUGFS + 'record', '10000 changes')
+        assert '%d scans sent' % len(path.splitlines()) in example('stream', text=path)
+        top = (1 << 20) - 1
+        want = [[round((float(x) + 1) / 2 * top), round((float(y) + 1) / 2 * top), int(gate)]
+                for x, y, gate in map(str.split, path.splitlines())]
+        want.append([*want[-1][:2], 0])         # the gate falls behind the last
+        got = [list(map(int, line.split())) for line in read_file(DEBUGFS + 'record').splitlines()]
+        assert got == want
+        assert 'high 0\n' in read_file(DEBUGFS + 'gate')
+        strokes = {self.letter(x, y, top) for x, y, gate in want if gate}
+        jumps = {self.letter(x, y, top) for x, y, gate in want if not gate}
+        assert len(jumps - strokes) > 20
+        assert self.shown('draw') == strokes
+        assert self.shown('draw', '--all') == strokes | jumps
+
+    @staticmethod
+    def letter(x, y, top):
+        """-> row and column of the printed picture"""
+        return (79 - round(y / top * 79)) // 4, round(x / top * 79) // 2
+
+    @staticmethod
+    def shown(*words):
+        rows = [line[1:-1] for line in example(*words).splitlines()[1:-1]]
+        return {(row, column) for row, text in enumerate(rows)
+                for column, letter in enumerate(text) if letter != '\u2800'}
 
     def test_rate(self):
         self.head('lines=4 framing=line')

@@ -58,6 +58,20 @@ class TestFigures(Case):
                 counts[point[axis]] = counts.get(point[axis], 0) + 1
             assert sum(count > 500 for count in counts.values()) == 5
 
+    def test_letters(self):
+        """The gate is high on strokes only, and no jump is hidden in one."""
+        path = self.lines('letters')
+        for a, b in zip(path, path[1:]):
+            assert math.dist(a[:2], b[:2]) < (0.0021 if b[2] else 0.0101)
+        strokes = sum(a[2] < b[2] for a, b in zip(path, path[1:])) + int(path[0][2])
+        assert strokes == len(figure.STROKES)
+
+    def test_reader_that_leaves(self):
+        done = subprocess.run(['sh', '-c', '"$@" | head -n 1', 'sh', sys.executable, '-B',
+                               EXAMPLES + '/figure.py', 'grid', 'grid'],
+                              stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=True)
+        assert (done.stdout.count(b'\n'), done.stderr) == (1, b'')
+
     def test_no_such_figure(self):
         with contextlib.redirect_stderr(io.StringIO()) as err, pytest.raises(SystemExit):
             self.lines('hexagon')
@@ -123,6 +137,13 @@ class TestPictures(Folder):
         assert (done.returncode, done.stdout) == (1, b'')
         assert b'nothing' in done.stderr
 
+    def test_what_the_gate_hides(self):
+        self.put('positions', 'x 0 20\ny 0 20\n')
+        self.put('record.bin', struct.pack('=9I', 0, TOP20, 1, TOP20, TOP20, 0, 0, 0, 0))
+        self.put('signals', 'sync x y gate\n')
+        assert self.picture()[1:-1] == ['│⠁' + '\u2800' * 39 + '│'] + self.BLANK[1:]
+        assert draw.read(self.folder, hide=False) == [(0, 1), (1, 1), (0, 0)]
+
     def test_printed_in_any_locale(self):
         self.record('xy', 20, (0, 0))
         plain = {'LC_ALL': 'POSIX', 'PYTHONUTF8': '0', 'PYTHONCOERCECLOCALE': '0'}
@@ -183,6 +204,22 @@ class TestStreams(Folder):
             head = stream.Scanhead('iio:device0')
             assert head.scan([-1.0, 0.0, 1.0]) == \
                              struct.pack('<3I', 0, round(top / 2), top)
+
+    def test_gate(self):
+        self.device(axes=2)
+        self.put('iio:device0/out_voltage0_label', 'gate\n')
+        head = stream.Scanhead('iio:device0')
+        for position, gate in (([-1.0, 1.0, 1.0], 1), ([-1.0, 1.0, 0.0], 0), ([-1.0, 1.0], 0)):
+            assert head.scan(position) == struct.pack('<3I', 0, TOP20, gate)
+
+    def test_out_of_range(self):
+        """What no code is for is refused with its line, and nothing is sent."""
+        self.device(axes=2)
+        self.put('iio:device0/out_voltage0_label', 'gate\n')
+        head = stream.Scanhead('iio:device0')
+        for wrong in ('2 2', '0 -1.01', 'nan 0', 'inf 0', '0 0 2', '0 0 -1', '0,0', 'x'):
+            with pytest.raises(SystemExit, match='line 2: '):
+                list(stream.scans_of(head, ['0 0\n', wrong + '\n']))
 
     def test_axes_that_are_not_there(self):
         self.device(axes=2)
