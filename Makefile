@@ -94,7 +94,7 @@ install-linuxcnc:
 	install -D -m 755 -t $(DESTDIR)$(PREFIX)/lib/$(NAME) userspace/linuxcnc/xhc-dro
 	install -D -m 644 -t $(DESTDIR)$(PREFIX)/share/man/man1 userspace/linuxcnc/xhc-dro.1
 	install -D -m 644 -t $(DESTDIR)$(PREFIX)/share/$(NAME)/linuxcnc \
-		$(addprefix userspace/linuxcnc/*.,hal ini tbl)
+		$(addprefix userspace/linuxcnc/*.,hal tcl ini tbl)
 	install -d $(DESTDIR)$(PREFIX)/bin
 	ln -sf ../lib/$(NAME)/xhc-dro $(DESTDIR)$(PREFIX)/bin/xhc-dro
 

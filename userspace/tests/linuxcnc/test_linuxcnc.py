@@ -36,8 +36,8 @@ PINS = ('halui.estop.reset', 'iocontrol.0.user-request-enable', 'iocontrol.0.use
         'halui.joint.0.is-homed', 'halui.joint.1.is-homed',
         'halui.joint.2.is-homed', 'halui.axis.x.pos-feedback', 'halui.axis.y.pos-feedback',
         'halui.axis.z.pos-feedback', 'motion.jog-is-active', 'motion.current-vel',
-        'input.0.rel-dial-counts', 'mux-gen.00.out-float', 'xhc.ok.out', 'xhc.on-x.out',
-        'xhc.on-y.out', 'xhc.on-z.out', 'xhc.off.out')
+        'input.0.rel-dial-counts', 'mux-gen.00.out-float', 'xhc.ok.and', 'xhc.on-x.and',
+        'xhc.on-y.and', 'xhc.on-z.and', 'xhc.off.or')
 NEAR = 3e-5             # millimetres; halcmd says seven digits, of places up to 99.99999
 
 
@@ -206,16 +206,16 @@ class Case(rig.Case):
             if os.stat(node).st_mode & 0o200:
                 os.chown(node, 0, DIALOUT)
                 os.chmod(node, 0o660)
-        cls.mill.wait(lambda: is_true('xhc.ok.out'))
+        cls.mill.wait(lambda: is_true('xhc.ok.and'))
 
     def select(self, name):
         device = self.pendant.device
         device.select(device.model.selector_code(name))
         for axis in 'xyz':
-            self.mill.wait(lambda: is_true('xhc.on-%s.out' % axis) == (axis == name))
+            self.mill.wait(lambda: is_true('xhc.on-%s.and' % axis) == (axis == name))
         # leaving an axis stops what moves, for a while in which no other jog begins
         self.finish_cycle()
-        self.mill.wait(lambda: not is_true('xhc.off.out'))
+        self.mill.wait(lambda: not is_true('xhc.off.or'))
 
     def finish_cycle(self):
         """HAL's components run one after another: what one has done is in all of them when the
@@ -343,7 +343,7 @@ class TestWheel(Case):
                             ('spindle', 'halui.spindle.0.override.value')):
             for detents, percent in ((-10, 90), (10, 100)):
                 device.select(device.model.selector_code(name))
-                self.mill.wait(lambda: is_true('xhc.on-%s.out' % name))
+                self.mill.wait(lambda: is_true('xhc.on-%s.and' % name))
                 self.turn(detents)
                 self.mill.wait(lambda: abs(float(pin(value)) - percent / 100) < NEAR)
                 shown = {'feed': 'feedrate_override', 'spindle': 'spindle_override'}[name]
@@ -387,14 +387,14 @@ class TestStops(Case):
         self.be_patient(0.5)
         os.kill(program, signal.SIGSTOP)
         self.add_cleanup(os.kill, program, signal.SIGCONT)
-        self.mill.wait(lambda: not is_true('xhc.ok.out'))
+        self.mill.wait(lambda: not is_true('xhc.ok.and'))
         self.assert_stopped(end)
         place = position('x')
         self.turn(5)
         self.counted(-95)
         self.be_patient()
         os.kill(program, signal.SIGCONT)
-        self.mill.wait(lambda: is_true('xhc.ok.out'))
+        self.mill.wait(lambda: is_true('xhc.ok.and'))
         self.turn(1)
         self.assert_at('x', place + 1)
 
@@ -403,7 +403,7 @@ class TestStops(Case):
         for _ in range(2):
             end = self.long_jog()
             self.pendant.unplug()
-            self.mill.wait(lambda: not is_true('xhc.ok.out'))
+            self.mill.wait(lambda: not is_true('xhc.ok.and'))
             self.assert_stopped(end)
             places = position('x'), position('y')
             self.pendant.device.pendant.selector = 0
