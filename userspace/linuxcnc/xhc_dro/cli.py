@@ -32,8 +32,9 @@ def parser():
                        help='whose pins it has (default: hb04, which an HB03 has, too)')
     words.add_argument('-p', '--phys', metavar='PHYS',
                        help='the pendant whose HID_PHYS this is (default: the first)')
-    words.add_argument('-u', '--unit', metavar='LENGTH', type=positive, default=0.001,
-                       help='the step that the display shows as x1 (default: 0.001)')
+    words.add_argument('-u', '--unit', metavar='LENGTH', type=positive,
+                       help='the step that the display shows as x1 (default: 0.001; where the '
+                       'machine is in inches, 0.0001)')
     words.add_argument('-V', '--version', action='version', version='xhc-dro ' + VERSION)
     return words
 

@@ -8,20 +8,21 @@ from .display import AXES, Display, find
 from .display import texts as hb_texts
 from .input import Input
 from .macros import ACTIONS, MACROS, Macros
+from . import steps
 
 TURN = 0.05             # seconds: twenty times a second, as often as the display takes frames
 SEARCH = 0.25           # seconds between two looks for a pendant that is not there
 
 POSITIONS = tuple('%s-%s' % (system, axis) for system in ('work', 'machine') for axis in AXES)
-FLOATS = POSITIONS + ('feed-override', 'spindle-override', 'velocity', 'spindle-speed', 'step')
+FLOATS = POSITIONS + ('feed-override', 'spindle-override', 'velocity', 'spindle-speed')
 SELECTED = tuple('select-' + axis for axis in AXES)
-BITS = ('running', 'paused', 'inch') + SELECTED
+BITS = ('running', 'paused', 'inch') + steps.KEYS + SELECTED
 KEYS = ACTIONS + MACROS
 RESULTS = ('connected', 'heartbeat')
 
 
 def texts(values, options, display):
-    return hb_texts(values, options.unit, display.available)
+    return hb_texts(values, options.unit or values['unit'], display.available)
 
 
 def runs(_name, _values):
@@ -45,6 +46,7 @@ class Component:
         self.where = where
         self.floats, self.bits, self.texts, self.runs, wheel = MODELS[options.model]
         self.wheel = wheel() if wheel else None
+        self.steps = None if wheel else steps.Steps(linuxcnc)
         self.pins = hal.component('xhc-dro')
         for name in self.floats:
             self.pins.newpin(name, hal.HAL_FLOAT, hal.HAL_IN)
@@ -52,6 +54,9 @@ class Component:
             self.pins.newpin(name, hal.HAL_BIT, hal.HAL_IN)
         for name in RESULTS:
             self.pins.newpin(name, hal.HAL_BIT, hal.HAL_OUT)
+        if self.steps:
+            self.pins.newpin('step', hal.HAL_FLOAT, hal.HAL_OUT)
+            self.pins['step'] = self.steps.lengths[0]
         if self.wheel:
             for name in whb04b.NUMBERS:
                 self.pins.newpin(name, hal.HAL_S32, hal.HAL_IN)
@@ -76,6 +81,10 @@ class Component:
         down = {name: bool(self.pins[name]) for name in KEYS}
         values = {name: self.pins[name] for name in self.floats + self.bits}
         self._look_at_keys(down, values, works)
+        if self.steps:
+            self.pins['step'] = values['step'] = self.steps.turn(values, works)
+            values['unit'] = self.steps.unit
+            values['inch'] = values['inch'] or self.steps.inch
         if self.wheel:
             values.update({name: self.pins[name] for name in whb04b.NUMBERS})
             values.update(self.wheel.turn(values, works, time.monotonic()))

@@ -36,7 +36,7 @@ PINS = ('halui.estop.reset', 'iocontrol.0.user-request-enable', 'iocontrol.0.use
         'halui.joint.0.is-homed', 'halui.joint.1.is-homed',
         'halui.joint.2.is-homed', 'halui.axis.x.pos-feedback', 'halui.axis.y.pos-feedback',
         'halui.axis.z.pos-feedback', 'motion.jog-is-active', 'motion.current-vel',
-        'input.0.rel-dial-counts', 'mux-gen.00.out-float', 'xhc.ok.and', 'xhc.on-x.and',
+        'input.0.rel-dial-counts', 'xhc-dro.step', 'xhc.ok.and', 'xhc.on-x.and',
         'xhc.on-y.and', 'xhc.on-z.and', 'xhc.off.or')
 NEAR = 3e-5             # millimetres; halcmd says seven digits, of places up to 99.99999
 
@@ -244,10 +244,10 @@ class Case(rig.Case):
 
     def step(self, wanted):
         for _ in range(4):
-            now = pin('mux-gen.00.out-float')
+            now = pin('xhc-dro.step')
             if now == wanted:
                 return
-            self.press('STEP++', lambda: pin('mux-gen.00.out-float') != now)
+            self.press('STEP++', lambda: pin('xhc-dro.step') != now)
         raise AssertionError('no step %s' % wanted)
 
     def turn(self, detents):
@@ -336,6 +336,12 @@ class TestWheel(Case):
             assert is_at('x', before)
             self.turn(1)
             self.assert_at('x', start + place)
+
+    def test_steps_go_down_too(self):
+        self.step('0.001')
+        for step in ('1', '0.1', '0.01', '0.001'):
+            self.press('MPG/MODE', lambda: pin('xhc-dro.step') == step)
+            assert self.pendant.shows('step', round(float(step) * 1000), PATIENCE)
 
     def test_overrides(self):
         device = self.pendant.device

@@ -121,11 +121,12 @@ class Case(test_linuxcnc.Case):
     def missing(name):
         return test_linuxcnc.seen([name])[name] is None
 
-    def works(self, joints):
+    def works(self, joints, step='0.001'):
         """`joints`: {axis: numbers}. LinuxCNC lets no wheel move joints that are homed together
         before they are.
         """
         self.mill.switch_on()
+        assert pin('xhc-dro.step') == step
         self.step('0.1')
         for axis, numbers in joints.items():
             if len(numbers) == 1:
@@ -147,7 +148,7 @@ class TestAdded(Case):
     def test_samples(self, name, joints):
         folder, _, ini = name.rpartition('/')
         self.start(Machine(SAMPLES + '/' + folder, ini))
-        self.works(joints)
+        self.works(joints, '0.0001' if ini in ('axis.ini', 'lathe.ini') else '0.001')
 
     def test_as_stepconf(self):
         self.start(Machine.of_our_own(STEPCONF))

@@ -21,7 +21,8 @@ from busless_pendant import HB04, WHB04B
 PRODUCT = os.path.join(os.path.dirname(os.path.realpath(__file__)), '..', '..', 'linuxcnc')
 sys.path.insert(0, PRODUCT)
 
-from xhc_dro import cli, component, display, macros, whb04b, input as hal_input  # noqa: E402
+from xhc_dro import (  # noqa: E402
+    cli, component, display, macros, steps, whb04b, input as hal_input)
 from xhc_sim.models import STEPS  # noqa: E402
 
 ATTRIBUTES = ('position', 'feedrate_override', 'spindle_override', 'feedrate', 'spindle_speed',
@@ -73,7 +74,7 @@ class Linuxcnc(types.SimpleNamespace):
     MODE_MANUAL, MODE_AUTO, MODE_MDI = 1, 2, 3
 
     def __init__(self, **state):
-        super().__init__(asked=[], serial=0)
+        super().__init__(asked=[], serial=0, texts={})
         self.now = types.SimpleNamespace(**{
             'poll': lambda: None, 'task_state': 4, 'interp_state': 1, 'task_mode': 1, 'state': 1,
             'joints': 3, 'homed': (1, 1, 1, 0), 'inpos': True, 'axis_mask': 7,
@@ -90,8 +91,10 @@ class Linuxcnc(types.SimpleNamespace):
         return self
 
     def ini(self, _path):
-        return types.SimpleNamespace(findall=lambda section, name: {
-            'MACRO_1': ['G4 P1', 'M8']}.get(name) if section == 'XHC' else None)
+        return types.SimpleNamespace(
+            findall=lambda section, name: {'MACRO_1': ['G4 P1', 'M8']}.get(name)
+            if section == 'XHC' else None,
+            find=lambda section, name: self.texts.get((section, name)))
 
     def _ask(self, what):
         self.asked.append(what)
@@ -393,6 +396,34 @@ class TestWheel:
             assert made.mode == mode
 
 
+class TestSteps:
+    @staticmethod
+    def made(**texts):
+        mill = Linuxcnc()
+        mill.texts = {('XHC' if name == 'STEPS' else 'TRAJ', name): texts[name] for name in texts}
+        with mock.patch.dict(os.environ, INI_FILE_NAME='mill.ini'):
+            return steps.Steps(mill)
+
+    @pytest.mark.parametrize('texts, lengths, unit', [
+        ({}, (0.001, 0.01, 0.1, 1), 0.001), ({'LINEAR_UNITS': 'mm'}, (0.001, 0.01, 0.1, 1), 0.001),
+        *(({'LINEAR_UNITS': name}, (0.0001, 0.001, 0.01, 0.1), 0.0001)
+          for name in ('inch', 'in', 'Imperial')),
+        ({'STEPS': '0.005 0.05'}, (0.005, 0.05), 0.001)])
+    def test_lengths(self, texts, lengths, unit):
+        made = self.made(**texts)
+        assert (made.lengths, made.unit) == (lengths, unit)
+
+    def test_keys(self):
+        """Round and round, up and down, once for each press, and not while nothing works"""
+        made = self.made()
+        made.turn({'step-up': False, 'step-down': False}, True)
+        for up, down, works, length in (
+                (1, 0, True, 0.01), (1, 0, True, 0.01), (0, 0, True, 0.01), (1, 0, False, 0.01),
+                (0, 0, True, 0.01), (0, 1, True, 0.001), (0, 0, True, 0.001), (0, 1, True, 1),
+                (1, 0, True, 0.001)):
+            assert made.turn({'step-up': up, 'step-down': down}, works) == length
+
+
 class TestInput(Case):
     """halcmd is a status here, or None while it runs."""
 
@@ -580,7 +611,7 @@ class TestMacros(Case):
 class TestFiles(Case):
     def test_keys_are_those_of_the_model(self):
         captions = {'goto-zero': 'Goto zero', 'start': 'Start/Pause', 'safe-z': 'Safe-Z',
-                    'step': 'STEP++', 'stop': 'Stop', 'reset': 'Reset', 'zero': '0=',
+                    'step': 'STEP++', 'step-down': 'MPG/MODE', 'stop': 'Stop', 'reset': 'Reset', 'zero': '0=',
                     'half': '1/2=', **{'macro-%d' % number: 'Macro %d' % number
                                        for number in (1, 2, 3, 6, 7)}}
         wired = re.findall(r'^net xhc\.key-(\S+) input\.0\.btn-trigger-happy(\d+)$',
@@ -635,7 +666,8 @@ class TestFiles(Case):
     def test_every_input_pin_but_inch_is_wired(self):
         wired = re.findall(r'xhc-dro\.(\S+)', product('xhc-dro.hal'))
         assert sorted(wired) == sorted(
-            set(component.FLOATS + component.BITS + component.RESULTS + component.KEYS) -
+            set(component.FLOATS + component.BITS + component.RESULTS + component.KEYS +
+                ('step',)) -
             {'inch'} - {'macro-%d' % number for number in (4, 5, *range(8, 17))})
 
     def test_no_key_runs_a_command_by_its_number(self):
@@ -644,10 +676,9 @@ class TestFiles(Case):
                 assert 'mdi-command' not in product(name)
 
     def test_steps_are_on_the_display(self):
-        steps = re.findall(r'^setp mux-gen\.00\.in-float-\d+ (\S+)$', product('xhc-jog.hal'),
-                           re.M)
-        shown = [display.multiplier(float(step), 0.001, list(STEPS.values())) for step in steps]
-        assert shown == ['1', '10', '100', '1000']
+        for unit, lengths in ((0.001, steps.MILLIMETRES), (0.0001, steps.INCHES)):
+            shown = [display.multiplier(step, unit, list(STEPS.values())) for step in lengths]
+            assert shown == ['1', '10', '100', '1000']
 
     def test_the_page_has_all_options_and_pins(self):
         page = product('xhc-dro.1')
