@@ -129,6 +129,17 @@ class TestMessages(Case):
                 self.refused(USAGE, *words, says=says)
 
 
+class TestJson(Case):
+    def test_seconds(self):
+        """In milliseconds, without digits that a double only has in binary"""
+        for words, name in ((('stream', 'circle', '--points=9'), 'seconds'),
+                            (('watch', '--count=1'), 'time')):
+            status, output, errors = self.run(*words, '--json')
+            assert (status, errors) == (OK, '')
+            self.head.xy3ctl.documents(output)
+            assert re.search(r'"%s":\d+\.\d{3}[,}]' % name, output), output
+
+
 class TestFiles(Case):
     """A file of numbers: what is not sure is refused, and nothing is sent then."""
 

@@ -96,6 +96,8 @@ int cli_json_print(struct json_object *document);
 /* Shortcuts; a NULL text is null */
 void cli_json_text(struct json_object *object, const char *key, const char *value);
 void cli_json_number(struct json_object *object, const char *key, long long value);
+/* In milliseconds' resolution */
+void cli_json_seconds(struct json_object *object, const char *key, double seconds);
 void cli_json_bool(struct json_object *object, const char *key, bool value);
 
 /* Colour and progress are for people: is this descriptor a terminal that takes them? */

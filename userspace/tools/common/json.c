@@ -44,6 +44,15 @@ void cli_json_number(struct json_object *object, const char *key, long long valu
 	json_object_object_add(object, key, json_object_new_int64(value));
 }
 
+void cli_json_seconds(struct json_object *object, const char *key, double seconds)
+{
+	char text[32];
+
+	/* a double alone would be printed with digits that nothing has measured */
+	snprintf(text, sizeof(text), "%.3f", seconds);
+	json_object_object_add(object, key, json_object_new_double_s(seconds, text));
+}
+
 void cli_json_bool(struct json_object *object, const char *key, bool value)
 {
 	json_object_object_add(object, key, json_object_new_boolean(value));

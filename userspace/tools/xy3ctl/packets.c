@@ -248,15 +248,13 @@ static void print_json(const struct settings *settings, const struct xy3_receive
 	uint8_t type = xy3_receiver_type(receiver);
 	const uint8_t *packet;
 	struct timespec time;
-	double seconds;
 	size_t size;
 
 	if (settings->file) {
 		cli_json_number(document, "offset", offset);
 	} else {
 		clock_gettime(CLOCK_REALTIME, &time);
-		seconds = time.tv_sec + time.tv_nsec / 1000000 / 1000.0;
-		json_object_object_add(document, "time", json_object_new_double(seconds));
+		cli_json_seconds(document, "time", time.tv_sec + time.tv_nsec / 1e9);
 	}
 	cli_json_number(document, "type", type);
 	cli_json_text(document, "name", type_name(type));

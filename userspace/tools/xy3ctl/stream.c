@@ -54,7 +54,8 @@ enum {
 static const struct argp_option options[] = {
 	{ "size", KEY_SIZE, "PART", 0, "Radius of a shape's circle, from 0 to 1 (0.9)", 0 },
 	{ "points", KEY_POINTS, "NUMBER", 0, "Scans of a shape; few make it fast and rough", 0 },
-	{ "repeat", KEY_REPEAT, "NUMBER", 0, "How often to draw a shape; 0: until interrupted (1)", 0 },
+	{ "repeat", KEY_REPEAT, "NUMBER", 0,
+	  "How often to draw a shape; 0: until interrupted (1)", 0 },
 	{ "codes", KEY_CODES, NULL, 0, "Numbers of FILE are codes, not -1 to 1", 1 },
 	{ "raw", KEY_RAW, NULL, 0,
 	  "FILE has codes of 32 bits, least significant byte first, one for each axis", 1 },
@@ -285,8 +286,7 @@ static int report(const struct settings *settings, const struct forward *forward
 		document = cli_json_new("stream");
 		cli_json_text(document, "head", forward_name(forward));
 		cli_json_number(document, "scans", result->scans);
-		json_object_object_add(document, "seconds",
-				       json_object_new_double(round(result->seconds * 1e3) / 1e3));
+		cli_json_seconds(document, "seconds", result->seconds);
 		cli_json_number(document, "rate", forward_rate(forward));
 		json_object_object_add(document, "achieved", result->achieved ?
 				       json_object_new_int64(result->achieved) : NULL);

@@ -74,18 +74,19 @@ static void print_change(const struct settings *settings, const struct head *hea
 {
 	struct json_object *document;
 	char text[16];
-	time_t seconds = time(NULL);
+	struct timespec now;
 
+	clock_gettime(CLOCK_REALTIME, &now);
 	if (settings->common.json) {
 		document = cli_json_new("watch");
 		cli_json_text(document, "head", head->name);
-		cli_json_number(document, "time", seconds);
+		cli_json_seconds(document, "time", now.tv_sec + now.tv_nsec / 1e9);
 		cli_json_text(document, "name", fact->name);
 		json_object_object_add(document, "value", fact_json(fact));
 		cli_json_print(document);
 		return;
 	}
-	strftime(text, sizeof(text), "%H:%M:%S", localtime(&seconds));
+	strftime(text, sizeof(text), "%H:%M:%S", localtime(&now.tv_sec));
 	printf("%s %s %s\n", text, fact->name, fact->value[0] ? fact->value : "-");
 	fflush(stdout);
 }
