@@ -47,6 +47,10 @@ static unsigned int max_speed_hz = 50000000;
 module_param(max_speed_hz, uint, 0444);
 MODULE_PARM_DESC(max_speed_hz, "Highest clock of the SPI controller (default: 50000000)");
 
+static unsigned int min_speed_hz;
+module_param(min_speed_hz, uint, 0444);
+MODULE_PARM_DESC(min_speed_hz, "Lowest clock of the SPI controller (default: 0, any)");
+
 static unsigned int max_transfer;
 module_param(max_transfer, uint, 0444);
 MODULE_PARM_DESC(max_transfer, "Longest SPI transfer in bytes (default: 0, any)");
@@ -366,6 +370,7 @@ static int __init sim_read_parameters(void)
 	sim_config.device_lines = device_lines;
 	sim_config.cs_word = cs_word;
 	sim_config.max_speed_hz = max_speed_hz;
+	sim_config.min_speed_hz = min_speed_hz;
 	sim_config.max_transfer = max_transfer;
 	sim_config.clock_inverted = clock_inverted;
 	sim_config.word_bits = word_bits;

@@ -484,6 +484,7 @@ int xy3_sim_spi_add(struct xy3_sim *sim)
 	spi_controller_set_devdata(controller, sim);
 	controller->bus_num = -1;
 	controller->num_chipselect = 1;
+	controller->min_speed_hz = sim->config->min_speed_hz;
 	controller->max_speed_hz = sim->config->max_speed_hz;
 	controller->mode_bits = SPI_NO_CS | SPI_LSB_FIRST | sim_line_modes(sim->config->lines);
 	if (sim->config->modes != XY3_SIM_MODES_0)

@@ -74,6 +74,7 @@ enum xy3_sim_idle {
  * @signal: what each line carries, by enum xy3_sim_signal
  * @cs_word: the controller can move the chip select after each word
  * @max_speed_hz: of the controller and the device
+ * @min_speed_hz: of the controller, 0 for any (the divider of spi-synquacer ends at 254)
  * @max_transfer: longest transfer in bytes, 0 for any
  * @modes: SPI modes of the controller
  * @clock_inverted: the pair of CLK is crossed, and firmware says so
@@ -96,6 +97,7 @@ struct xy3_sim_config {
 	u8 signal[XY3_SIM_LINES_MAX];
 	bool cs_word;
 	unsigned int max_speed_hz;
+	unsigned int min_speed_hz;
 	unsigned int max_transfer;
 	enum xy3_sim_modes modes;
 	bool clock_inverted;

@@ -45,6 +45,21 @@ static int xy3_read_raw(struct iio_dev *indio_dev, struct iio_chan_spec const *c
 	}
 }
 
+static int xy3_read_avail(struct iio_dev *indio_dev, struct iio_chan_spec const *channel,
+			  const int **values, int *type, int *count, long mask)
+{
+	struct xy3_iio *iio = iio_priv(indio_dev);
+
+	if (mask != IIO_CHAN_INFO_SAMP_FREQ)
+		return -EINVAL;
+	iio->rates[0] = xy3_stream_rate_min(&iio->stream);
+	iio->rates[1] = 1;
+	iio->rates[2] = xy3_stream_rate_max(&iio->stream);
+	*values = iio->rates;
+	*type = IIO_VAL_INT;
+	return IIO_AVAIL_RANGE;
+}
+
 static int xy3_write_position(struct xy3_iio *iio, unsigned int index, int value)
 {
 	u32 position[XY3_COLUMNS_MAX];
@@ -202,6 +217,7 @@ static const struct attribute_group xy3_iio_group = {
 
 static const struct iio_info xy3_iio_info = {
 	.read_raw = xy3_read_raw,
+	.read_avail = xy3_read_avail,
 	.write_raw = xy3_write_raw,
 	.write_raw_get_fmt = xy3_write_raw_get_fmt,
 	.read_label = xy3_read_label,
@@ -255,6 +271,7 @@ static void xy3_make_channels(struct xy3_iio *iio)
 			.address = iio->stream.map.axis[i],
 			.info_mask_separate = BIT(IIO_CHAN_INFO_RAW),
 			.info_mask_shared_by_all = BIT(IIO_CHAN_INFO_SAMP_FREQ),
+			.info_mask_shared_by_all_available = BIT(IIO_CHAN_INFO_SAMP_FREQ),
 			.scan_index = i,
 			.scan_type = {
 				.sign = 'u',
@@ -269,6 +286,7 @@ static void xy3_make_channels(struct xy3_iio *iio)
 		.output = 1,
 		.indexed = 1,
 		.info_mask_shared_by_all = BIT(IIO_CHAN_INFO_SAMP_FREQ),
+		.info_mask_shared_by_all_available = BIT(IIO_CHAN_INFO_SAMP_FREQ),
 		.scan_index = axes,
 		.scan_type = {
 			.sign = 'u',

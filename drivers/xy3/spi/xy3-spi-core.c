@@ -84,11 +84,14 @@ static int xy3_make_iio(struct xy3_spi *x, const struct xy3_line_map *map)
 	bool word_is_scan = map->sync_line < 0 && x->lines == 1 &&
 			    (x->spi->mode & SPI_CS_WORD);
 	unsigned int clocks = map->frame_bits + (map->sync_line < 0 ? 0 : XY3_GAP_CLOCKS);
-	unsigned int rate = min(x->spi->max_speed_hz / clocks, x->rate);
+	unsigned int lowest = DIV_ROUND_UP(x->spi->controller->min_speed_hz, clocks);
+	unsigned int highest = x->spi->max_speed_hz / clocks;
 	struct iio_dev *iio;
+	unsigned int rate;
 
-	if (!rate)
+	if (!highest || lowest > highest)
 		return -EINVAL;
+	rate = clamp(x->rate, lowest, highest);
 	iio = xy3_iio_register(x->spi, map, word_is_scan, rate, x->position, &x->forward);
 	if (IS_ERR(iio))
 		return PTR_ERR(iio);

@@ -242,6 +242,7 @@ int xy3_block_status(const struct xy3_block *block);
 /* xy3-stream.c */
 int xy3_stream_init(struct xy3_stream *stream);
 void xy3_stream_exit(struct xy3_stream *stream);
+unsigned int xy3_stream_rate_min(const struct xy3_stream *stream);
 unsigned int xy3_stream_rate_max(const struct xy3_stream *stream);
 void xy3_stream_position(struct xy3_stream *stream, u32 *position);
 int xy3_stream_send_position(struct xy3_stream *stream, const u32 *position);
@@ -291,6 +292,7 @@ unsigned int xy3_stream_achieved(struct xy3_stream *stream);
  * @access: what @buffer can do; its files may outlive the module
  * @stream: the stream
  * @lock: held while something is written to @buffer, and by who changes settings
+ * @rates: the lowest rate, a step, and the highest rate, as user space asks for them
  * @channels: one for each axis of the line map, and one for its gate
  * @input: what user space has written, before it is encoded
  * @codes: the same with the channels that are no part of it
@@ -301,6 +303,7 @@ struct xy3_iio {
 	struct iio_buffer_access_funcs access;
 	struct xy3_stream stream;
 	struct mutex lock;	/* see above */
+	int rates[3];
 	struct iio_chan_spec channels[XY3_COLUMNS_MAX];
 	__le32 input[XY3_BLOCK_SCANS_MAX * XY3_COLUMNS_MAX];
 	u32 codes[XY3_BLOCK_SCANS_MAX * XY3_COLUMNS_MAX];

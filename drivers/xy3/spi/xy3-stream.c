@@ -252,6 +252,18 @@ static void xy3_retry(struct work_struct *work)
 /* ---- for the others ---- */
 
 /**
+ * xy3_stream_rate_min() - the lowest rate that the bus can do
+ * @stream: the stream
+ *
+ * Return: in frames per second, at least 1.
+ */
+unsigned int xy3_stream_rate_min(const struct xy3_stream *stream)
+{
+	return max(DIV_ROUND_UP(stream->spi->controller->min_speed_hz, xy3_scan_clocks(stream)),
+		   1U);
+}
+
+/**
  * xy3_stream_rate_max() - the highest rate that the bus can do
  * @stream: the stream
  *
@@ -634,7 +646,7 @@ static int xy3_stream_change(struct xy3_stream *stream, const struct xy3_line_ma
 
 	xy3_commands_hold(stream);
 	stream->map = *map;
-	stream->rate = min(rate, xy3_stream_rate_max(stream));
+	stream->rate = clamp(rate, xy3_stream_rate_min(stream), xy3_stream_rate_max(stream));
 	err = xy3_commands_new_block(stream);
 	if (err) {
 		stream->map = map_was;
@@ -649,7 +661,7 @@ static int xy3_stream_change(struct xy3_stream *stream, const struct xy3_line_ma
  * @stream: the stream, which does not run
  * @frame_bits: 24 or 32
  *
- * The rate becomes lower if the bus cannot do it with frames of that size.
+ * The rate goes to the nearest one that the bus can do with frames of that size.
  *
  * Return: 0, -EINVAL, -ENOMEM or the controller's error.
  */
@@ -673,7 +685,7 @@ int xy3_stream_resize(struct xy3_stream *stream, unsigned int frame_bits)
  */
 int xy3_stream_set_rate(struct xy3_stream *stream, unsigned int rate)
 {
-	if (!rate || rate > xy3_stream_rate_max(stream))
+	if (rate < xy3_stream_rate_min(stream) || rate > xy3_stream_rate_max(stream))
 		return -ERANGE;
 	return xy3_stream_change(stream, &stream->map, rate);
 }

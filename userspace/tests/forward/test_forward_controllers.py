@@ -182,6 +182,22 @@ class TestControllers(Case):
         write_file(forward.head + 'calibrate', 'z')
         forward.unbind()
 
+    def test_slowest_clock(self):
+        """A divider has an end (spi-synquacer: 254): the rates that it can do are listed."""
+        forward = self.forward(4, 'line', more='min_speed_hz=260000 max_speed_hz=5200000')
+        for bits, lowest, highest in ((24, 10000, 200000), (32, 7648, 152941)):
+            assert forward.set('frame_bits', bits) is None
+            assert forward.get('sampling_frequency_available') == '[%d 1 %d]' % (lowest, highest)
+            for rate, error in ((lowest - 1, 'ERANGE'), (lowest, None), (highest, None),
+                                (highest + 1, 'ERANGE'), (0, 'ERANGE'), (-1, 'ERANGE'),
+                                (lowest, None)):
+                assert forward.set('sampling_frequency', rate) == error, rate
+            assert forward.set('out_angl0_raw', 4321) is None
+        # with short frames, which have less clocks, the lowest rate is a higher one
+        assert forward.set('frame_bits', 24) is None
+        assert forward.number('sampling_frequency') == 10000
+        assert forward.bad_frames() == []
+
     def test_flash_only(self):
         """zynqmp-gqspi has no plain transfers."""
         self.refused('the controller has flash operations only', 'flash_only=1')
