@@ -39,23 +39,26 @@ class TestNumbers(Case):
             '-inf', '0x', '1e', '0x1p3', '5\n')
     NOT_WHOLE = (*NONE, '0.5', '1.9', '1e3', '-1', '+1', '0x10', '99999999999999999999')
 
+    FEW = ('', ' 5', '5x', '0,5', '0x1p3')      # for options by the same parser
+
     def test_options(self):
         for words, wrong in ((('stream', 'circle', '--repeat=%s'), self.NOT_WHOLE),
-                             (('stream', 'circle', '--points=%s'), (*self.NOT_WHOLE, '0')),
-                             (('stream', 'circle', '--rate=%s'), (*self.NOT_WHOLE, '0')),
-                             (('stream', 'circle', '--bits=%s'), (*self.NOT_WHOLE, '25')),
+                             (('stream', 'circle', '--points=%s'), (*self.FEW, '4.7', '0')),
+                             (('stream', 'circle', '--rate=%s'), (*self.FEW, '1e3', '0')),
+                             (('stream', 'circle', '--bits=%s'), (*self.FEW, '25')),
                              (('stream', 'circle', '--spidev=a', '--lines=%s'),
-                              (*self.NOT_WHOLE, '0', '3', '9')),
-                             (('stream', 'circle', '--size=%s'), (*self.NONE, '1.1', '-0.1', '1e999')),
-                             (('stream', 'circle', '--gate-on-delay=%s'), (*self.NONE, '1e7')),
-                             (('stream', 'circle', '--gate-off-delay=%s'), (*self.NONE, '-1e7')),
-                             (('watch', '--count=%s'), (*self.NOT_WHOLE, '0')),
-                             (('watch', '--timeout=%s'), (*self.NONE, '0', '-1', '1e10')),
-                             (('watch', '--interval=%s'), (*self.NONE, '0', '-1', '1e10')),
-                             (('packets', '--count=%s'), (*self.NOT_WHOLE, '0')),
-                             (('packets', '--timeout=%s'), (*self.NONE, '0', '-1')),
-                             (('attach', 'tty', '--rate=%s'), (*self.NOT_WHOLE, '9600', '115200x')),
-                             (('command', 'rate', '%s'), (*self.NONE[1:], '9600', '115200x'))):
+                              (*self.FEW, '0', '3', '9')),
+                             (('stream', 'circle', '--size=%s'),
+                              (*self.NONE, '1.1', '-0.1', '1e999')),
+                             (('stream', 'circle', '--gate-on-delay=%s'), (*self.FEW, '1e7')),
+                             (('stream', 'circle', '--gate-off-delay=%s'), (*self.FEW, '-1e7')),
+                             (('watch', '--count=%s'), (*self.FEW, '0.5', '0')),
+                             (('watch', '--timeout=%s'), (*self.FEW, '0', '-1', '1e10')),
+                             (('watch', '--interval=%s'), (*self.FEW, '0', '-1', '1e10')),
+                             (('packets', '--count=%s'), (*self.FEW, '0.5', '0')),
+                             (('packets', '--timeout=%s'), (*self.FEW, '0', '-1')),
+                             (('attach', 'tty', '--rate=%s'), (*self.FEW, '9600', '115200x')),
+                             (('command', 'rate', '%s'), (*self.FEW, '9600', '115200x'))):
             for text in wrong:
                 with case.row(*words, text=text):
                     self.refused(USAGE, *[word.replace('%s', text) for word in words],
