@@ -3,8 +3,8 @@
 """draw.py [-a] [-o PNG] [FOLDER]: draw what a virtual scanhead has received.
 
 FOLDER has the files record.bin, positions and signals of xy3-sim; without it, it is that of the
-first head. The picture is printed, or goes to a file PNG. X is to the right, Y up. With a gate among
-the signals only scans with the gate high are drawn; with -a all are.
+first head. The picture is printed, or goes to a file PNG. X is to the right, Y up. With a gate
+among the signals only scans with the gate high are drawn; with -a all are.
 """
 
 import argparse

@@ -78,7 +78,8 @@ class TestWords(Case):
     def test_help_and_version(self):
         status, output, errors = xy3ctl.run('--help')
         assert (status, errors) == (OK, '')
-        verbs = re.findall(r'^  ([a-z]+) ', output, re.M)
+        listed = output.split('\nVerbs:\n')[1].split('\n\n')[0]
+        verbs = re.findall(r'^  ([a-z]+) ', listed, re.M)
         assert set(verbs) >= {'list', 'show', 'watch', 'packets', 'command', 'goto',
                                              'stream', 'attach', 'detach'}
         for verb in verbs:

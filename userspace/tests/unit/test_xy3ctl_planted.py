@@ -35,8 +35,8 @@ class Case(case.Case):
 class TestNumbers(Case):
     """One idea of a number: decimal digits with a point, and nothing else before or behind."""
 
-    NONE = ('', ' ', 'x', '5x', ' 5', '5 ', '0,5', '1,5', '1.5.', '.', '-', '+', '--1', 'nan', 'inf',
-            '-inf', '0x', '1e', '0x1p3', '5\n')
+    NONE = ('', ' ', 'x', '5x', ' 5', '5 ', '0,5', '1,5', '1.5.', '.', '-', '+', '--1', 'nan',
+            'inf', '-inf', '0x', '1e', '0x1p3', '5\n')
     NOT_WHOLE = (*NONE, '0.5', '1.9', '1e3', '-1', '+1', '0x10', '99999999999999999999')
 
     FEW = ('', ' 5', '5x', '0,5', '0x1p3')      # for options by the same parser
@@ -93,7 +93,8 @@ class TestNumbers(Case):
             status, _, errors = self.run('stream', 'circle', *words)
             assert (status, errors) == (OK, '')
             assert len(self.head.scans()) == count
-        for text, raw in (('0x10', '16'), ('0XFFFFF', '1048575'), ('077', '77'), ('0', '0'), ('+5', '5')):
+        for text, raw in (('0x10', '16'), ('0XFFFFF', '1048575'), ('077', '77'), ('0', '0'),
+                          ('+5', '5')):
             self.head.write(self.head.iio + '/out_angl0_raw', '')
             assert self.run('goto', 'x=' + text) == (OK, '', '')
             assert self.head.read('out_angl0_raw') == raw
@@ -207,7 +208,8 @@ class TestFiles(Case):
         good = ['%d 7' % i for i in range(1500)]
         for options, data, says in (
                 (('--codes',), '\n'.join(good + ['oops']).encode(), "line 1501: 'oops' is not"),
-                (('--raw',), b'\0\0\0\0' * 4500 + b'\0\0\0\x10' * 3, 'scan 1501: .* is the highest'),
+                (('--raw',), b'\0\0\0\0' * 4500 + b'\0\0\0\x10' * 3,
+                 'scan 1501: .* is the highest'),
                 (('--raw',), b'\0\0\0\0' * 4502, 'ends in the middle of scan 1501')):
             with case.row(*options, says=says):
                 with open(self.head.folder + '/scans', 'wb') as file:
@@ -345,3 +347,17 @@ class TestPath(Case):
 class TestPathWithoutGate(Case):
     def test_refused(self):
         self.refused(USAGE, 'stream', '-', *TestPath.SPEEDS, text='0 0\n', says='no gate')
+
+
+class TestHelp(Case):
+    def test_examples_of_motions_work(self):
+        """As they are in --help, of the tool and of the verb"""
+        found = set()
+        for words in (('--help',), ('goto', '--help'), ('stream', '--help')):
+            text = self.run(*words)[1]
+            found |= set(re.findall(r'^  xy3ctl (goto .*|stream circle.*)$', text, re.M))
+        assert len(found) >= 4, found
+        for line in found:
+            with case.row(line):
+                status, _, errors = self.run(*line.split())
+                assert (status, errors) == (OK, '')

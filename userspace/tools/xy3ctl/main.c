@@ -32,7 +32,7 @@ static const struct cli_tool tool = {
 		"interrupted by SIGINT.\n\n"
 		"  sudo xy3ctl attach /dev/ttyUSB0 --daemon\n"
 		"  xy3ctl watch --count 1 --timeout 10 --json   # wait for a change\n"
-		"  xy3ctl goto 0.5 -0.25\n"
+		"  xy3ctl goto --unit x=0.5 y=-0.25\n"
 		"  xy3ctl stream circle --repeat 3",
 	.modules = modules,
 	.verbs = verbs,
