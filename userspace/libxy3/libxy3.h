@@ -75,7 +75,7 @@ void xy3_receiver_set_big_endian(struct xy3_receiver *receiver, bool big_endian)
  * moved past what was taken. Call it again until it returns false: then all data are taken.
  */
 bool xy3_receiver_next(struct xy3_receiver *receiver, const uint8_t **data, size_t *size);
-/* A number of bytes came damaged, behind all that were given: sync is lost, what waited is dropped */
+/* Bytes came damaged, behind all that were given: sync is lost, what waited is dropped */
 void xy3_receiver_lost(struct xy3_receiver *receiver, size_t size);
 bool xy3_receiver_in_sync(const struct xy3_receiver *receiver);
 uint64_t xy3_receiver_count(const struct xy3_receiver *receiver, enum xy3_counter counter);

@@ -8,7 +8,7 @@
  * core, which takes 10 us.
  *
  * How long a message may be is spidev's parameter bufsiz; but it rounds each transfer up to what
- * DMA requires on this processor, and a controller may have a limit, too. What is too long is refused
+ * DMA requires on this processor, and a controller may have a limit, too. What is longer is refused
  * before anything has been sent, so the length is found by halving.
  */
 
