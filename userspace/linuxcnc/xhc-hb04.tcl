@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
 #
-# An XHC HB04 for a machine that there is: in its ini, after all other HALFILEs,
+# An XHC HB04 for any machine: in its ini, after all other HALFILEs,
 #
 #	[HAL]
 #	HALFILE = /usr/share/xhc-xy3/linuxcnc/xhc-hb04.tcl
@@ -14,11 +14,11 @@ source [file join $::env(HALLIB_DIR) hal_procs_lib.tcl]
 
 namespace eval xhc {
 	variable folder [file dirname [file normalize [info script]]]
-	variable letters {X Y Z}
+	variable letters {X Y Z A}
 	variable signals	;# ours -> theirs
 	variable joints		;# letter -> its joints
 	array set signals {}
-	array set joints {X {} Y {} Z {}}
+	array set joints {X {} Y {} Z {} A {}}
 }
 
 proc xhc::fail {text} {

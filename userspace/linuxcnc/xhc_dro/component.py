@@ -7,7 +7,7 @@ from . import whb04b
 from .display import AXES, Display, find
 from .display import texts as hb_texts
 from .input import Input
-from .macros import ACTIONS, MACROS, Macros
+from .macros import ACTIONS, OWNERS, Macros
 from . import steps
 
 TURN = 0.05             # seconds: twenty times a second, as often as the display takes frames
@@ -15,9 +15,9 @@ SEARCH = 0.25           # seconds between two looks for a pendant that is not th
 
 POSITIONS = tuple('%s-%s' % (system, axis) for system in ('work', 'machine') for axis in AXES)
 FLOATS = POSITIONS + ('feed-override', 'spindle-override', 'velocity', 'spindle-speed')
-SELECTED = tuple('select-' + axis for axis in AXES)
+SELECTED = tuple('select-' + axis for axis in AXES + 'a')
 BITS = ('running', 'paused', 'inch') + steps.KEYS + SELECTED
-KEYS = ACTIONS + MACROS
+KEYS = ACTIONS + OWNERS
 RESULTS = ('connected', 'heartbeat')
 
 

@@ -6,6 +6,7 @@ import os
 
 ACTIONS = ('safe-z', 'goto-zero', 'zero', 'half')
 MACROS = tuple('macro-%d' % number for number in range(1, 17))
+OWNERS = ('probe-z', 'rewind') + MACROS
 AXES = 'XYZABC'
 ANGULAR = 'ABC'
 RAPID, FEED, NO_MOTION = 0, 10, 800                     # G0, G1, G80
@@ -14,12 +15,12 @@ COMPENSATION = (410, 411, 420, 421)                     # G41, G41.1, G42, G42.1
 
 
 def owners_lines(linuxcnc):
-    """-> {name: [line]}: [XHC]MACRO_1 and so on of the ini, each as often as it stands there"""
+    """-> {name: [line]}: [XHC]PROBE_Z, MACRO_1 and so on of the ini, each as often as it is there"""
     path = os.environ.get('INI_FILE_NAME')
     if not path:
         return {}
     ini = linuxcnc.ini(path)
-    return {name: ini.findall('XHC', name.upper().replace('-', '_')) or [] for name in MACROS}
+    return {name: ini.findall('XHC', name.upper().replace('-', '_')) or [] for name in OWNERS}
 
 
 def rotated(x, y, degrees):

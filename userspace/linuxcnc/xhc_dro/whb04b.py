@@ -14,7 +14,7 @@ FLOATS = tuple('%s-%s' % (system, axis) for system in SYSTEMS for axis in AXES) 
     'feed-override', 'spindle-override')
 SELECTED = tuple('select-' + axis for axis in AXES)
 BITS = SELECTED + ('show-machine', 'reset', 'fn', 'key-continuous', 'key-step')
-WITHOUT_FN = ACTIONS + ('macro-10',)
+WITHOUT_FN = ACTIONS + ('probe-z', 'rewind', 'macro-10')
 
 LIMITS = ('max-velocity', 'max-angular-velocity')
 NUMBERS = ('wheel', 'rotary')

@@ -74,7 +74,7 @@ class Machine(test_linuxcnc.Mill):
         shutil.copytree(test_linuxcnc.COPY, folder)
         with open(folder + '/xhc-hb04.ini', encoding='ascii') as file:
             text = file.read()
-        for line in ('HALFILE = xhc-jog.hal\n', 'HALFILE = xhc-dro.hal\n', 'HALUI = halui\n'):
+        for line in ('HALFILE = xhc-hb04.tcl\n', 'HALUI = halui\n'):
             assert text.count(line) == 1
             text = text.replace(line, '')
         with open(folder + '/xhc-hb04.ini', 'w', encoding='ascii') as file:
@@ -98,6 +98,10 @@ class Case(test_linuxcnc.Case):
         self.add_cleanup(self.end)
         self.come()
         self.be_patient()
+
+    def select(self, name):
+        super().select(name)
+        self.mill.wait(lambda: is_true('xhc.on-a.and') == (name == 'a'))
 
     def moves(self, axis, pins):
         """The wheel moves these pins, and no other joint"""
@@ -143,7 +147,8 @@ class Case(test_linuxcnc.Case):
 class TestAdded(Case):
     @pytest.mark.parametrize('name, joints', [
         ('axis/axis_mm.ini', XYZ), ('axis/axis.ini', XYZ), ('axis/minimal_xyz.ini', XYZ),
-        ('gmoccapy/gmoccapy.ini', XYZ), ('axis/lathe.ini', {'x': (0,), 'z': (1,)}),
+        ('axis/axis_9axis.ini', {**XYZ, 'a': (3,)}), ('gmoccapy/gmoccapy.ini', XYZ),
+        ('axis/lathe.ini', {'x': (0,), 'z': (1,)}),
         ('axis/gantry/gantry_mm.ini', {'x': (0,), 'y': (1, 2), 'z': (3,)})])
     def test_samples(self, name, joints):
         folder, _, ini = name.rpartition('/')

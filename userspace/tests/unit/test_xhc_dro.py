@@ -611,7 +611,8 @@ class TestMacros(Case):
 class TestFiles(Case):
     def test_keys_are_those_of_the_model(self):
         captions = {'goto-zero': 'Goto zero', 'start': 'Start/Pause', 'safe-z': 'Safe-Z',
-                    'step': 'STEP++', 'step-down': 'MPG/MODE', 'stop': 'Stop', 'reset': 'Reset', 'zero': '0=',
+                    'step': 'STEP++', 'step-down': 'MPG/MODE', 'stop': 'Stop', 'reset': 'Reset',
+                    'probe-z': 'Probe-Z', 'rewind': 'Rewind', 'zero': '0=',
                     'half': '1/2=', **{'macro-%d' % number: 'Macro %d' % number
                                        for number in (1, 2, 3, 6, 7)}}
         wired = re.findall(r'^net xhc\.key-(\S+) input\.0\.btn-trigger-happy(\d+)$',
@@ -652,7 +653,7 @@ class TestFiles(Case):
         assert sorted(pins) == sorted(
             set(whb04b.FLOATS + whb04b.BITS + component.RESULTS + component.KEYS +
                 whb04b.LIMITS + whb04b.NUMBERS + whb04b.JOG_BITS + ('jog-speed',)) -
-            {'show-machine', 'zero', 'half', 'macro-11', 'macro-12', 'mode-step', 'mode-continuous'})
+            {'show-machine', 'zero', 'half', 'rewind', 'macro-11', 'macro-12', 'mode-step', 'mode-continuous'})
 
     def test_no_component_has_more_names_than_it_takes(self):
         for name in ('xhc-jog.hal', 'xhc-whb04b-jog.hal'):
