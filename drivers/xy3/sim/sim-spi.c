@@ -354,7 +354,7 @@ static void sim_check_prepared(void *data)
 	struct xy3_sim *sim = data;
 	int left = atomic_read(&sim->prepared);
 
-	WARN(left, "xy3-sim: %d messages were prepared and never let go\n", left);
+	WARN(left, "xy3-sim: %d messages were prepared and never released\n", left);
 }
 
 /* A controller that has been made for flash memory takes nothing else */

@@ -445,7 +445,7 @@ struct xy3_sim_node {
  * @bus_lock_ms: for so long
  * @swnode: its software node
  * @node_name: its name
- * @prepared: messages that the controller has been shown before they are sent, and not let go yet
+ * @prepared: messages that the controller has been shown before they are sent, and not released yet
  * @fault: what is to go wrong; written at any time
  * @fault_count: how often it has
  * @debugfs: its directory

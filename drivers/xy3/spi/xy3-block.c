@@ -4,7 +4,7 @@
  *
  * Where SYNC is the chip select each scan is a transfer, else a block is one. A controller may
  * sleep when it is shown a message, and is given messages where nobody can: so each one is prepared
- * before, by whoever fills the block. It stays prepared as long as blocks of that size are sent.
+ * before, as the block is filled. It stays prepared as long as blocks of that size are sent.
  */
 
 #include <linux/math.h>

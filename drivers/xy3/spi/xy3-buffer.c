@@ -2,7 +2,7 @@
 /*
  * XY3-100 forward channel: the IIO output buffer
  *
- * A write is encoded at once, by who writes, into the blocks that the controller will be given.
+ * A write is encoded at once, by the writer, into the blocks that the controller will be given.
  * Nothing is left to do when a message is done but to hand over the next one.
  */
 

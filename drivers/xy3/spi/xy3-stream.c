@@ -17,7 +17,7 @@
 
 #include "xy3-spi.h"
 
-/* Repeating begins while the controller still has a block: with the next one it has so many */
+/* Repeating begins while the controller still has a block: with the next one it has this many */
 #define XY3_BLOCKS_LOW		2
 
 /**

@@ -23,7 +23,7 @@ void limits_timeout(struct limits *limits, const char *text, const struct argp_s
 void limits_start(struct limits *limits);
 bool limits_reached(const struct limits *limits);
 bool limits_time_is_up(const struct limits *limits);
-/* How long poll() is to wait, at most so many milliseconds */
+/* How long poll() is to wait, at most this many milliseconds */
 int limits_wait_ms(const struct limits *limits, double most);
 /* What such an end means: a count that was not reached in time is a failure. */
 int limits_status(const struct limits *limits);

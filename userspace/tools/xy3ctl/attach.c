@@ -2,7 +2,7 @@
 /*
  * xy3ctl attach, xy3ctl detach: make a UART the backchannel of a scanhead, as ldattach does.
  *
- * A line discipline lasts as long as somebody has the tty open: attach stays.
+ * A line discipline lasts as long as a program has the tty open: attach stays.
  */
 #include <errno.h>
 #include <fcntl.h>
@@ -25,8 +25,8 @@
 #include "verbs.h"
 
 #define LDISC_DEFAULT 29	/* N_DEVELOPMENT */
-#define LOOK_MS 500		/* at whether somebody has detached it */
-#define LEAVE_MS 3000		/* for who has attached it to let go of the UART */
+#define LOOK_MS 500		/* between two looks whether it was detached */
+#define LEAVE_MS 3000		/* for the program that attached it to release the UART */
 
 struct settings {
 	struct cli_common common;
@@ -208,7 +208,7 @@ static int say_head(const struct settings *settings, uint32_t before)
 	return fflush(stdout) ? CLI_FAILURE : CLI_OK;
 }
 
-/* Until somebody ends it. Return an enum cli_status. */
+/* Until it is ended. Return an enum cli_status. */
 static int stay(int fd, const char *name)
 {
 	struct pollfd file = { .fd = fd };

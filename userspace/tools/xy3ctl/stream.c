@@ -22,7 +22,7 @@
 
 #define SPEED 0.002		/* from one scan of a shape to the next, as figure.py has it */
 #define COUNT_MAX 1000000000UL
-#define SPEED_MIN 0.001		/* half the field in so many seconds */
+#define SPEED_MIN 0.001		/* half the field in this many seconds */
 #define SPEED_MAX 1e6
 #define DELAY_MAX 1e6		/* microseconds */
 #define PIECE 1024		/* scans of a write: 10 ms at 100 000 frames/s */
@@ -67,9 +67,9 @@ static const struct argp_option options[] = {
 	  "FILE has the vertices of a path: units per second, of which the field has 2, to one "
 	  "whose gate is 0", 3 },
 	{ "mark-speed", KEY_MARK_SPEED, "UNITS", 0, "The same to a vertex whose gate is 1", 3 },
-	{ "jump-delay", KEY_JUMP_DELAY, "US", 0, "Wait so many microseconds after each jump", 3 },
+	{ "jump-delay", KEY_JUMP_DELAY, "US", 0, "Wait this long after each jump, in microseconds", 3 },
 	{ "mark-delay", KEY_MARK_DELAY, "US", 0,
-	  "Wait so many microseconds after the last mark before a jump", 3 },
+	  "Wait this long after the last mark before a jump, in microseconds", 3 },
 	{ 0 }
 };
 
