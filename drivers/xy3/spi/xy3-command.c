@@ -5,41 +5,24 @@
 
 #include <linux/completion.h>
 #include <linux/errno.h>
-#include <linux/kref.h>
+#include <linux/kernel.h>
 #include <linux/list.h>
-#include <linux/slab.h>
 #include <linux/wait.h>
 
 #include "xy3-spi.h"
 
-static void xy3_command_free(struct kref *ref)
+static void xy3_command_put(struct xy3_stream *stream, struct xy3_command *command)
 {
-	kfree(container_of(ref, struct xy3_command, ref));
+	lockdep_assert_held(&stream->lock);
+	if (command && !--command->users)
+		list_add(&command->node, &stream->commands.free);
 }
 
-static void xy3_command_put(struct xy3_command *command)
-{
-	if (command)
-		kref_put(&command->ref, xy3_command_free);
-}
-
-static struct xy3_command *xy3_command_new(u32 code)
-{
-	struct xy3_command *command = kzalloc(sizeof(*command), GFP_ATOMIC);
-
-	if (!command)
-		return NULL;
-	kref_init(&command->ref);
-	init_completion(&command->done);
-	command->code = code;
-	return command;
-}
-
-static void xy3_command_end(struct xy3_command *command, int err)
+static void xy3_command_end(struct xy3_stream *stream, struct xy3_command *command, int err)
 {
 	command->err = err;
 	complete_all(&command->done);
-	xy3_command_put(command);
+	xy3_command_put(stream, command);
 }
 
 /* ---- the block ---- */
@@ -141,7 +124,7 @@ void xy3_command_done(struct xy3_stream *stream, int err)
 	lockdep_assert_held(&stream->lock);
 	stream->commands.sending = NULL;
 	stream->stat[XY3_COMMANDS] += !err;
-	xy3_command_end(command, err);
+	xy3_command_end(stream, command, err);
 }
 
 /**
@@ -156,7 +139,7 @@ void xy3_commands_fail(struct xy3_stream *stream, int err)
 	lockdep_assert_held(&stream->lock);
 	list_for_each_entry_safe(command, next, &stream->commands.waiting, node) {
 		list_del(&command->node);
-		xy3_command_end(command, err);
+		xy3_command_end(stream, command, err);
 	}
 	stream->commands.count = 0;
 	xy3_forward_has_room(stream->forward);
@@ -171,8 +154,8 @@ void xy3_commands_fail(struct xy3_stream *stream, int err)
  *
  * In any context.
  *
- * Return: 0; -EAGAIN when there is no room for it; -ENOMEM; or the controller's error, and then it
- * and those that were not sent yet never are.
+ * Return: 0; -EAGAIN when there is no room for it; or the controller's error, and then it and
+ * those that were not sent yet never are.
  */
 int xy3_stream_command(struct xy3_stream *stream, u32 code)
 {
@@ -186,13 +169,13 @@ int xy3_stream_command(struct xy3_stream *stream, u32 code)
 		return stream->error;
 	if (commands->count == XY3_COMMANDS_QUEUED)
 		return -EAGAIN;
-	command = xy3_command_new(code);
-	if (!command)
-		return -ENOMEM;
-	list_add_tail(&command->node, &commands->waiting);
+	command = list_first_entry(&commands->free, struct xy3_command, node);
+	reinit_completion(&command->done);
+	command->code = code;
+	command->users = 2;
+	list_move_tail(&command->node, &commands->waiting);
 	commands->count++;
-	kref_get(&command->ref);
-	xy3_command_put(commands->last);
+	xy3_command_put(stream, commands->last);
 	commands->last = command;
 	xy3_pump(stream, false);
 	return stream->error;
@@ -216,6 +199,8 @@ unsigned int xy3_stream_command_room(struct xy3_stream *stream)
  * xy3_stream_drain() - wait until all commands that were taken so far have been sent
  * @stream: the stream
  *
+ * For one caller at a time.
+ *
  * Return: 0, or the controller's error when the last of them was not.
  */
 int xy3_stream_drain(struct xy3_stream *stream)
@@ -226,13 +211,14 @@ int xy3_stream_drain(struct xy3_stream *stream)
 	scoped_guard(spinlock_irqsave, &stream->lock) {
 		last = stream->commands.last;
 		if (last)
-			kref_get(&last->ref);
+			last->users++;
 	}
 	if (!last)
 		return 0;
 	wait_for_completion(&last->done);
+	guard(spinlock_irqsave)(&stream->lock);
 	err = last->err;
-	xy3_command_put(last);
+	xy3_command_put(stream, last);
 	return err;
 }
 
@@ -244,7 +230,14 @@ int xy3_stream_drain(struct xy3_stream *stream)
  */
 int xy3_commands_init(struct xy3_stream *stream)
 {
-	INIT_LIST_HEAD(&stream->commands.waiting);
+	struct xy3_commands *commands = &stream->commands;
+
+	INIT_LIST_HEAD(&commands->waiting);
+	INIT_LIST_HEAD(&commands->free);
+	for (unsigned int i = 0; i < ARRAY_SIZE(commands->pool); i++) {
+		init_completion(&commands->pool[i].done);
+		list_add(&commands->pool[i].node, &commands->free);
+	}
 	return xy3_commands_new_block(stream);
 }
 
@@ -254,6 +247,5 @@ int xy3_commands_init(struct xy3_stream *stream)
  */
 void xy3_commands_exit(struct xy3_stream *stream)
 {
-	xy3_command_put(stream->commands.last);
 	xy3_block_free(stream->commands.block);
 }

@@ -14,7 +14,6 @@
 #include <linux/completion.h>
 #include <linux/iio/buffer_impl.h>
 #include <linux/iio/iio.h>
-#include <linux/kref.h>
 #include <linux/list.h>
 #include <linux/mutex.h>
 #include <linux/spi/spi.h>
@@ -89,15 +88,16 @@ struct xy3_block {
 
 /**
  * struct xy3_command - a command
- * @node: among those that wait
- * @ref: the stream has one until it is sent, one as long as it is the last, and so has each waiter
+ * @node: among those that wait, or are free
+ * @users: the stream until it is sent, and as long as it is the last; a waiter. Protected by
+ *	   the stream's lock.
  * @code: its 20 bits
  * @err: 0, or why it was not sent
  * @done: it was sent, or is not going to be
  */
 struct xy3_command {
 	struct list_head node;
-	struct kref ref;
+	unsigned int users;
 	u32 code;
 	int err;
 	struct completion done;
@@ -111,6 +111,8 @@ struct xy3_command {
  * @count: how many
  * @sending: the one on its way, or NULL
  * @last: the one that was taken last, or NULL
+ * @free: those that are not in use
+ * @pool: all: as many as may wait, @sending, @last, and the one that is waited for
  */
 struct xy3_commands {
 	struct xy3_block *block;
@@ -119,6 +121,8 @@ struct xy3_commands {
 	unsigned int count;
 	struct xy3_command *sending;
 	struct xy3_command *last;
+	struct list_head free;
+	struct xy3_command pool[XY3_COMMANDS_QUEUED + 3];
 };
 
 /**

@@ -66,7 +66,7 @@ MUTATIONS = (
              '\t\tblock = list_first_entry(&stream->full, struct xy3_block, node);\n'
              '\t\txy3_encode_command_scan(&stream->map, command->code,\n'
              '\t\t\t\t\tblock->data + xy3_stream_scan_size(stream));\n'
-             '\t\txy3_command_end(command, 0);\n'
+             '\t\txy3_command_end(stream, command, 0);\n'
              '\t\treturn NULL;\n'
              '\t}\n'
              '\tcommands->sending = command;\n', SIM),
