@@ -15,7 +15,7 @@ COMPENSATION = (410, 411, 420, 421)                     # G41, G41.1, G42, G42.1
 
 
 def owners_lines(linuxcnc):
-    """-> {name: [line]}: [XHC]PROBE_Z, MACRO_1 and so on of the ini, each as often as it is there"""
+    """-> {name: [line]}: [XHC]PROBE_Z, MACRO_1 and so on of the ini, each with all its lines"""
     path = os.environ.get('INI_FILE_NAME')
     if not path:
         return {}

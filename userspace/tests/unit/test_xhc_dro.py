@@ -371,7 +371,8 @@ class TestWheel:
     @pytest.mark.parametrize('mode', ['step', 'mpg'])
     def test_other_modes(self, mode):
         assert self.at(self.made(mode), 1, wheel=8) == set()
-        assert self.found['detents'] and self.found['mode-' + mode] and not self.found['mode-continuous']
+        assert self.found['detents'] and self.found['mode-' + mode]
+        assert not self.found['mode-continuous']
 
     @pytest.mark.parametrize('pins, speed', [
         ({}, 900), ({'rotary': 1}, 60), ({'rotary': 6}, 3000), ({'rotary': 7}, 0),
@@ -653,7 +654,8 @@ class TestFiles(Case):
         assert sorted(pins) == sorted(
             set(whb04b.FLOATS + whb04b.BITS + component.RESULTS + component.KEYS +
                 whb04b.LIMITS + whb04b.NUMBERS + whb04b.JOG_BITS + ('jog-speed',)) -
-            {'show-machine', 'zero', 'half', 'rewind', 'macro-11', 'macro-12', 'mode-step', 'mode-continuous'})
+            {'show-machine', 'zero', 'half', 'rewind', 'macro-11', 'macro-12', 'mode-step',
+             'mode-continuous'})
 
     def test_no_component_has_more_names_than_it_takes(self):
         for name in ('xhc-jog.hal', 'xhc-whb04b-jog.hal'):
