@@ -3,8 +3,8 @@
  * libxy3: scans through /dev/spidevB.C
  *
  * spidev sends a message and returns when that has been sent, so there is a pause between two of
- * them. Where SYNC is a line a message is one transfer of many scans. Where it is the chip select
- * each scan is a transfer, with cs_change behind it; spidev leaves the time of that to the SPI
+ * them. Where SYNC is a line a message is one transfer of a gap and many scans: at which level a
+ * controller left the line before is not known. Where it is the chip select each scan is a transfer, with cs_change behind it; spidev leaves the time of that to the SPI
  * core, which takes 10 us.
  *
  * How long a message may be is spidev's parameter bufsiz; but it rounds each transfer up to what
@@ -48,7 +48,8 @@
  * @block: scans of a message
  * @sent: @last is a scan that has been sent
  * @last: the bytes of the last scan that holds positions
- * @bytes: those of a message
+ * @message: the bytes of a message: a gap where SYNC is a line, then scans
+ * @bytes: its scans
  * @transfers: those of a message
  */
 struct xy3_spidev {
@@ -59,6 +60,7 @@ struct xy3_spidev {
 	unsigned int block;
 	bool sent;
 	uint8_t last[XY3_SCAN_SIZE_MAX];
+	uint8_t *message;
 	uint8_t *bytes;
 	struct spi_ioc_transfer *transfers;
 };
@@ -75,11 +77,12 @@ static int xy3_send(struct xy3_spidev *s, unsigned int scans)
 {
 	unsigned int count = xy3_cs_is_sync(s) ? scans : 1;
 	size_t size = (size_t)scans / count * s->map.scan_size;
+	size_t gap = xy3_gap_size(&s->map);
 
 	for (unsigned int i = 0; i < count; i++)
 		s->transfers[i] = (struct spi_ioc_transfer) {
-			.tx_buf = (uintptr_t)(s->bytes + i * size),
-			.len = size,
+			.tx_buf = (uintptr_t)(s->message + i * size),
+			.len = gap + size,
 			.speed_hz = s->speed,
 			.bits_per_word = 8,
 			.tx_nbits = s->map.lines,
@@ -221,14 +224,19 @@ static size_t xy3_bufsiz(void)
 /* Room for a message that is as long as can be */
 static int xy3_make_room(struct xy3_spidev *s)
 {
-	size_t least = 1 + xy3_closing(s), scans = max(xy3_bufsiz() / s->map.scan_size, least);
+	size_t gap = xy3_gap_size(&s->map), room = max(xy3_bufsiz(), gap) - gap;
+	size_t least = 1 + xy3_closing(s), scans = max(room / s->map.scan_size, least);
 
 	if (xy3_cs_is_sync(s))
 		scans = min(scans, XY3_TRANSFERS_MAX);
 	s->block = scans - xy3_closing(s);
-	s->bytes = malloc(scans * s->map.scan_size);
+	s->message = malloc(gap + scans * s->map.scan_size);
 	s->transfers = calloc(xy3_cs_is_sync(s) ? scans : 1, sizeof(*s->transfers));
-	return s->bytes && s->transfers ? 0 : -ENOMEM;
+	if (!s->message || !s->transfers)
+		return -ENOMEM;
+	xy3_encode_gap(&s->map, s->message);
+	s->bytes = s->message + gap;
+	return 0;
 }
 
 int xy3_spidev_open(struct xy3_spidev **spidev, const char *path, const struct xy3_line_map *map,
@@ -262,7 +270,7 @@ void xy3_spidev_close(struct xy3_spidev *spidev)
 	if (spidev->fd >= 0)
 		close(spidev->fd);
 	free(spidev->transfers);
-	free(spidev->bytes);
+	free(spidev->message);
 	free(spidev);
 }
 

@@ -85,8 +85,11 @@ class Spidev:
 
 class Case(case.Case):
     def head(self, lines=1, framing='cs', more=''):
-        """A virtual head; -> the path of its spidev"""
-        kernel.load_module(SIM, 'modalias=spidev lines=%d framing=%s %s' % (lines, framing, more))
+        """A virtual head, at a controller whose lines float between messages; -> the path of its
+        spidev
+        """
+        kernel.load_module(SIM, 'modalias=spidev idle=float lines=%d framing=%s %s' % (
+            lines, framing, more))
         self.add_cleanup(kernel.remove_module, 'xy3_sim')
         self.spi = self.sim('devices')['spi']
         path = '/dev/' + self.sim('devices')['spidev']
@@ -179,8 +182,10 @@ class TestClosedLoop(Case):
         self.assert_error('ERANGE', Spidev, path, 4, 'sync x y z', bits=32, rate=100000)
         spidev = self.spidev(path, 4, 'sync x y z', rate=100000)
         spidev.write(self.scans(spidev, 1000))
-        # a frame each 10 us
-        assert int(self.sim('bus')['busy_ns']) == 1000 * 10000
+        # a frame each 10 us, and in front of each message a gap of two of its 26 clocks
+        bus = {name: int(value) for name, value in self.sim('bus').items()}
+        assert bus['clocks'] == 1000 * 26 + 2 * bus['messages']
+        assert abs(bus['busy_ns'] - bus['clocks'] * 10000 / 26) <= bus['messages']
 
 
 class TestMode(Case):

@@ -28,6 +28,7 @@ static struct device {
 	size_t max_transfer;		/* of the controller; 0: any */
 	unsigned int fail_in;		/* the message of this number fails */
 	int error;			/* what all fail with */
+	bool gap;			/* each message begins with two clocks of SYNC, line 0 of four */
 
 	unsigned int messages, transfers;
 	size_t longest;			/* message, in bytes */
@@ -67,6 +68,14 @@ static int check_message(const struct spi_ioc_transfer *transfer, unsigned int c
 	return 0;
 }
 
+static void receive(const uint8_t *bytes, size_t size, size_t gap)
+{
+	CHECK(size > gap && (!gap || bytes[0] == 0x11));
+	CHECK(device.size + size <= RECEIVED_MAX);
+	memcpy(device.received + device.size, bytes + gap, size - gap);
+	device.size += size - gap;
+}
+
 static int message(const struct spi_ioc_transfer *transfer, unsigned int count)
 {
 	int error = check_message(transfer, count);
@@ -82,10 +91,8 @@ static int message(const struct spi_ioc_transfer *transfer, unsigned int count)
 		CHECK(!transfer[i].rx_buf && !transfer[i].delay_usecs);
 		CHECK(!transfer[i].word_delay_usecs && transfer[i].bits_per_word == 8);
 		CHECK(transfer[i].speed_hz && transfer[i].speed_hz <= device.max_speed);
-		CHECK(device.size + transfer[i].len <= RECEIVED_MAX);
-		memcpy(device.received + device.size,
-		       (const void *)(uintptr_t)transfer[i].tx_buf, transfer[i].len);
-		device.size += transfer[i].len;
+		receive((const void *)(uintptr_t)transfer[i].tx_buf, transfer[i].len,
+			device.gap && !i);
 		total += transfer[i].len;
 	}
 	device.last = transfer[count - 1];
@@ -155,6 +162,7 @@ static int try_open(unsigned int lines, const char *signals, unsigned int rate,
 	struct xy3_line_map *map = a_map(lines, 24, signals);
 	int err = xy3_spidev_open(spidev, "/dev/null", map, rate);
 
+	device.gap = signals && !strncmp(signals, "sync ", 5);
 	xy3_line_map_free(map);
 	return err;
 }
@@ -290,7 +298,7 @@ static void one_transfer_a_message(void)
 	count_up(codes, 3000);
 	CHECK(xy3_spidev_write(spidev, codes, 1000) == 1000);
 	CHECK(received(4, "sync x y z", codes, 1000));
-	CHECK(device.messages == 4 && device.transfers == 4);	/* 315 scans of 13 bytes each */
+	CHECK(device.messages == 4 && device.transfers == 4);	/* 315 scans of 13 bytes each, and a gap */
 	CHECK(xy3_spidev_write(spidev, codes, 0) == 0 && device.messages == 4);
 	xy3_spidev_close(spidev);
 }
@@ -321,13 +329,13 @@ static void bufsiz_is_another(void)
 	fputs("32\n", file);
 	fclose(file);
 	device_new();
-	device.room = 32;	/* 26 bytes, rounded up */
+	device.room = 32;	/* 27 bytes, rounded up */
 	device.bufsiz = name;
 	spidev = opened(4, "sync x - -");	/* scans of 13 bytes */
 	CHECK(xy3_spidev_block(spidev) == 2);
 	count_up(codes, 99);
 	CHECK(xy3_spidev_write(spidev, codes, 99) == 99);
-	CHECK(received(4, "sync x - -", codes, 99) && device.longest == 26);
+	CHECK(received(4, "sync x - -", codes, 99) && device.longest == 27);
 	xy3_spidev_close(spidev);
 	remove(name);
 }
@@ -338,14 +346,14 @@ static void not_one_scan_fits(void)
 	uint32_t codes[300];
 
 	device_new();
-	device.max_transfer = 12;
+	device.max_transfer = 13;
 	spidev = opened(4, "sync x y z");
 	count_up(codes, 300);
 	CHECK(xy3_spidev_write(spidev, codes, 100) == -EMSGSIZE);
 	CHECK(xy3_spidev_command(spidev, 0xc0000) == -EMSGSIZE);
 	CHECK(!device.size && xy3_spidev_repeat(spidev, 1) == -ENODATA);
-	device.max_transfer = 13;
-	CHECK(xy3_spidev_write(spidev, codes, 100) == 100 && device.longest == 13);
+	device.max_transfer = 14;
+	CHECK(xy3_spidev_write(spidev, codes, 100) == 100 && device.longest == 14);
 	CHECK(received(4, "sync x y z", codes, 100));
 	xy3_spidev_close(spidev);
 }
