@@ -95,9 +95,9 @@ static bool realtime;
 module_param(realtime, bool, 0444);
 MODULE_PARM_DESC(realtime, "Transfers take as long as on a wire (default: no)");
 
-static char *idle = "keep";
+static char *idle = "float";
 module_param(idle, charp, 0444);
-MODULE_PARM_DESC(idle, "Data lines between messages: keep, low, high or float (default: keep)");
+MODULE_PARM_DESC(idle, "Data lines between messages: keep, low, high or float (default: float)");
 
 static unsigned int turnaround_us = 20;
 module_param(turnaround_us, uint, 0444);

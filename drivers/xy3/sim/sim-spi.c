@@ -235,6 +235,12 @@ static int sim_transfers(struct xy3_sim *sim, struct spi_message *message)
 	return 0;
 }
 
+/* Where the lines float: a gate has a pull-down, as the manual requires */
+static u8 sim_pulled_down(struct xy3_sim *sim)
+{
+	return sim->head.gate < 0 ? 0 : BIT(sim->head.gate);
+}
+
 /* The message is over: what becomes of the data lines? The chip select is not active. */
 static void sim_idle(struct xy3_sim *sim)
 {
@@ -246,7 +252,7 @@ static void sim_idle(struct xy3_sim *sim)
 	case XY3_SIM_IDLE_HIGH:
 		return xy3_sim_head_idle(sim, U8_MAX);
 	case XY3_SIM_IDLE_FLOAT:
-		return xy3_sim_head_idle(sim, xy3_sim_random(sim, 256));
+		return xy3_sim_head_idle(sim, xy3_sim_random(sim, 256) & ~sim_pulled_down(sim));
 	}
 }
 

@@ -58,7 +58,7 @@ enum xy3_sim_modes {
  * @XY3_SIM_IDLE_KEEP: each keeps its last level
  * @XY3_SIM_IDLE_LOW: low
  * @XY3_SIM_IDLE_HIGH: high
- * @XY3_SIM_IDLE_FLOAT: nothing drives them: each is at any level
+ * @XY3_SIM_IDLE_FLOAT: nothing drives them: each is at any level, a gate's is low
  */
 enum xy3_sim_idle {
 	XY3_SIM_IDLE_KEEP,
