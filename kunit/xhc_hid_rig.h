@@ -157,7 +157,7 @@ static unsigned int pendant_chunks(struct pendant *pendant)
 }
 
 /* Answer the next @errors feature reports with @error */
-static inline void pendant_fail(struct pendant *pendant, int error, unsigned int errors)
+static __maybe_unused void pendant_fail(struct pendant *pendant, int error, unsigned int errors)
 {
 	guard(spinlock)(&pendant->lock);
 	pendant->error = error;
@@ -258,7 +258,7 @@ static void pendant_report(struct kunit *test, struct pendant *pendant, const u8
 } while (0)
 
 /* The day that the pendant was sent last */
-static inline u8 pendant_day(struct pendant *pendant)
+static __maybe_unused u8 pendant_day(struct pendant *pendant)
 {
 	guard(spinlock)(&pendant->lock);
 	for (unsigned int i = min(pendant->chunks, CHUNKS_MAX); i-- > 0;)
@@ -412,7 +412,7 @@ static struct input_handler user = {
 	.id_table = user_ids,
 };
 
-static inline void forget_events(void)
+static __maybe_unused void forget_events(void)
 {
 	guard(spinlock_irqsave)(&seen_lock);
 	seen_count = 0;

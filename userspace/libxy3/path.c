@@ -69,7 +69,7 @@ void xy3_path_free(struct xy3_path *path)
 	free(path);
 }
 
-/* Whether this number of scans is too small. As its ends are rounded, a way may be a code longer. */
+/* Whether these scans are too few. As its ends are rounded, a way may be a code longer. */
 static bool xy3_path_too_few(uint64_t scans, double square, double speed)
 {
 	double way = scans * speed + 1;

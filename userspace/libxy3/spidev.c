@@ -4,8 +4,9 @@
  *
  * spidev sends a message and returns when that has been sent, so there is a pause between two of
  * them. Where SYNC is a line a message is one transfer of a gap and many scans: at which level a
- * controller left the line before is not known. Where it is the chip select each scan is a transfer, with cs_change behind it; spidev leaves the time of that to the SPI
- * core, which takes 10 us.
+ * controller left the line before is not known. Where it is the chip select each scan is a
+ * transfer, with cs_change behind it; spidev leaves the time of that to the SPI core, which takes
+ * 10 us.
  *
  * How long a message may be is spidev's parameter bufsiz; but it rounds each transfer up to what
  * DMA requires on this processor, and a controller may have a limit, too. What is longer is refused

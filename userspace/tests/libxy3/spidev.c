@@ -28,7 +28,7 @@ static struct device {
 	size_t max_transfer;		/* of the controller; 0: any */
 	unsigned int fail_in;		/* the message of this number fails */
 	int error;			/* what all fail with */
-	bool gap;			/* each message begins with two clocks of SYNC, line 0 of four */
+	bool gap;			/* a message begins with SYNC, line 0 of four */
 
 	unsigned int messages, transfers;
 	size_t longest;			/* message, in bytes */
@@ -298,7 +298,8 @@ static void one_transfer_a_message(void)
 	count_up(codes, 3000);
 	CHECK(xy3_spidev_write(spidev, codes, 1000) == 1000);
 	CHECK(received(4, "sync x y z", codes, 1000));
-	CHECK(device.messages == 4 && device.transfers == 4);	/* 315 scans of 13 bytes each, and a gap */
+	/* 315 scans of 13 bytes each, and a gap */
+	CHECK(device.messages == 4 && device.transfers == 4);
 	CHECK(xy3_spidev_write(spidev, codes, 0) == 0 && device.messages == 4);
 	xy3_spidev_close(spidev);
 }

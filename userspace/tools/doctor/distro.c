@@ -110,8 +110,8 @@ static void apt_headers(struct doctor *doctor, char *fix, size_t size)
 	const char *kernel = doctor_kernel(doctor);
 
 	if (is_ubuntu_mainline(kernel))
-		snprintf(fix, size, "install the linux-headers packages of the same mainline build, "
-			 "from where the kernel came");
+		snprintf(fix, size, "install the linux-headers packages of the same mainline "
+			 "build, from where the kernel came");
 	else if (is_package(doctor, kernel))
 		snprintf(fix, size, "sudo apt install linux-headers-%s", kernel);
 	else
@@ -144,8 +144,8 @@ void doctor_headers_fix(struct doctor *doctor, char *fix, size_t size)
 		snprintf(fix, size, "restart the computer: the running kernel is no longer "
 			 "installed");
 	else if (kernel_is_64_bit(doctor) && elf_bits(doctor, "/bin/sh") == 32)
-		snprintf(fix, size, "the kernel has 64 bits, and the system 32: use a 64-bit system, "
-			 "or, on a Raspberry Pi, write arm_64bit=0 to config.txt and restart");
+		snprintf(fix, size, "the kernel has 64 bits, and the system 32: use a 64-bit "
+			 "system, or, on a Raspberry Pi, write arm_64bit=0 to config.txt and restart");
 	else if (family == DEBIAN || family == UBUNTU)
 		apt_headers(doctor, fix, size);
 	else if (family == FEDORA && (strstr(kernel, ".fc") || strstr(kernel, ".el")))

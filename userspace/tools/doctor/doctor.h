@@ -71,8 +71,8 @@ int doctor_each(struct doctor *doctor, const char *pattern,
 		void (*look)(struct doctor *doctor, const char *path));
 
 /*
- * The process that has a device node open, beside this one: the first one's name and number, as far as
- * /proc tells it. Return whether there is one.
+ * The process that has a device node open, beside this one: the first one's name and number, as
+ * far as /proc tells it. Return whether there is one.
  */
 bool doctor_holder(struct doctor *doctor, const char *node, char *name, size_t size, pid_t *pid);
 

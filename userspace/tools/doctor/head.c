@@ -115,8 +115,8 @@ static void look_heads(struct doctor *doctor)
 			snprintf(fix, sizeof(fix), "sudo xy3ctl attach /dev/%s   # the UART of the "
 				 "head; see `man xy3'", port);
 		else
-			snprintf(fix, sizeof(fix), "plug in the adapter of the head's UART: there is "
-				 "no serial port that is free");
+			snprintf(fix, sizeof(fix), "plug in the adapter of the head's UART: there "
+				 "is no serial port that is free");
 		doctor_found(doctor, fix, "no head: nothing is attached");
 	} else if (only_back && only_forward) {
 		snprintf(fix, sizeof(fix), "echo %s | sudo tee /sys/class/xy3/attach   # if they "

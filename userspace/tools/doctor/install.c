@@ -149,17 +149,17 @@ static void look_dkms(struct doctor *doctor)
 	}
 	snprintf(path, sizeof(path), "/var/lib/dkms/" NAME "/%s/build/make.log", dkms.version);
 	find_compiler(doctor, path, compiler, sizeof(compiler));
-	if (doctor_is_image(doctor)) {
-		snprintf(fix, sizeof(fix), DOCTOR_IMAGE);
-	} else if (compiler[0]) {
+	if (compiler[0] && !doctor_is_image(doctor)) {
 		doctor_package_fix(doctor, "install", compiler, fix, sizeof(fix));
 		doctor_found(doctor, fix, NAME "/%s could not be built for kernel %s: its compiler "
 			     "%s is missing", dkms.version, kernel, compiler);
 		return;
-	} else {
+	}
+	if (doctor_is_image(doctor))
+		snprintf(fix, sizeof(fix), DOCTOR_IMAGE);
+	else
 		snprintf(fix, sizeof(fix), "sudo dkms install " NAME "/%s -k %s", dkms.version,
 			 kernel);
-	}
 	doctor_found(doctor, fix, NAME "/%s is there, but not built and installed for kernel "
 		     "%s%s%s", dkms.version, kernel, doctor_exists(doctor, path) ? "; why: " : "",
 		     doctor_exists(doctor, path) ? path : "");

@@ -190,8 +190,8 @@ static void look_port(struct doctor *doctor, const char *path)
 		return;
 	/* no matter while there is another port */
 	if (port.console && (port.attached || !ports.free)) {
-		snprintf(fix, sizeof(fix), "remove it from the kernel's command line (Raspberry Pi: "
-			 "`console=serial0,...' in /boot/firmware/cmdline.txt; others: "
+		snprintf(fix, sizeof(fix), "remove it from the kernel's command line (Raspberry "
+			 "Pi: `console=serial0,...' in /boot/firmware/cmdline.txt; others: "
 			 "/etc/default/grub), then restart");
 		doctor_found(doctor, fix, "%s is the kernel's console", port.name);
 	}
@@ -282,7 +282,8 @@ static void look_adapter(struct doctor *doctor, const char *path)
 		doctor_found(doctor, fix, "%s (%s) is a serial adapter, but no serial port: brltty "
 			     "has taken it for a braille display", name, id);
 	} else if (bound[0]) {
-		doctor_found(doctor, "end the program that uses it by libusb, then plug it in again",
+		doctor_found(doctor, "end the program that uses it by libusb, then plug it in "
+			     "again",
 			     "%s (%s) is a serial adapter, but has the driver %s", name, id, bound);
 	} else {
 		snprintf(fix, sizeof(fix), "sudo modprobe %s", driver);

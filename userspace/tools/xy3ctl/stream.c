@@ -67,7 +67,8 @@ static const struct argp_option options[] = {
 	  "FILE has the vertices of a path: units per second, of which the field has 2, to one "
 	  "whose gate is 0", 3 },
 	{ "mark-speed", KEY_MARK_SPEED, "UNITS", 0, "The same to a vertex whose gate is 1", 3 },
-	{ "jump-delay", KEY_JUMP_DELAY, "US", 0, "Wait this long after each jump, in microseconds", 3 },
+	{ "jump-delay", KEY_JUMP_DELAY, "US", 0,
+	  "Wait this long after each jump, in microseconds", 3 },
 	{ "mark-delay", KEY_MARK_DELAY, "US", 0,
 	  "Wait this long after the last mark before a jump, in microseconds", 3 },
 	{ 0 }
