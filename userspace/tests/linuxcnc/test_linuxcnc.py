@@ -219,10 +219,12 @@ class Case(rig.Case):
 
     def finish_cycle(self):
         """HAL's components run one after another: what one has done is in all of them when the
-        cycle is over, which this pin has the time of."""
-        for _ in range(2):
-            before = pin('servo-thread.time')
-            self.mill.wait(lambda: pin('servo-thread.time') != before)
+        cycle is over, which this pin has the time of. So does xhc-dro, which looks at its pins
+        between two changes of this one."""
+        for name in ('servo-thread.time', 'xhc-dro.heartbeat'):
+            for _ in range(2):
+                before = pin(name)
+                self.mill.wait(lambda: pin(name) != before)
 
     def press(self, name, done):
         """Holds a key down until it has done its work: on a busy machine LinuxCNC looks seldom."""
@@ -441,6 +443,8 @@ class Screen:
     def mode(self, name):
         self.command.mode(getattr(self.linuxcnc, 'MODE_' + name))
         assert self.command.wait_complete(PATIENCE) == self.linuxcnc.RCS_DONE
+        # halui is later
+        Case.mill.wait(lambda: is_true('halui.mode.is-' + name.lower()))
 
     def mdi(self, *lines):
         self.mode('MDI')

@@ -153,7 +153,8 @@ class TestAdded(Case):
     def test_samples(self, name, joints):
         folder, _, ini = name.rpartition('/')
         self.start(Machine(SAMPLES + '/' + folder, ini))
-        self.works(joints, '0.0001' if ini in ('axis.ini', 'lathe.ini') else '0.001')
+        millimetres = ini in ('axis_mm.ini', 'gmoccapy.ini', 'gantry_mm.ini')
+        self.works(joints, '0.001' if millimetres else '0.0001')
 
     def test_as_stepconf(self):
         self.start(Machine.of_our_own(STEPCONF))
