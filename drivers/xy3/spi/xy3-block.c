@@ -3,8 +3,9 @@
  * XY3-100 forward channel: blocks of scans as SPI messages
  *
  * Where SYNC is the chip select each scan is a transfer, else a block is one. A controller may
- * sleep when it is shown a message, and is given messages where nobody can: so each one is prepared
- * before, as the block is filled. It stays prepared as long as blocks of that size are sent.
+ * sleep when it is shown a message, and is given messages in atomic context: so each one is
+ * prepared before, as the block is filled. It stays prepared as long as blocks of that size are
+ * sent.
  */
 
 #include <linux/math.h>

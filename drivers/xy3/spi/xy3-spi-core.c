@@ -252,7 +252,7 @@ static int xy3_spi_probe(struct spi_device *spi)
 	mutex_init(&x->lock);
 	spin_lock_init(&x->iio_lock);
 	x->rate = XY3_FRAME_RATE_DEFAULT;
-	/* nobody knows where the mirrors are; the middle of the field is the safest guess */
+	/* where the mirrors are is not known; the middle of the field is the safest guess */
 	for (unsigned int i = 0; i < XY3_AXES; i++)
 		x->position[i] = XY3_MIDDLE;
 	spi_set_drvdata(spi, x);

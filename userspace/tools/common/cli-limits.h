@@ -16,7 +16,7 @@ struct limits {
 	struct timespec began;
 };
 
-/* The options' arguments; what makes no sense is a usage error and ends here */
+/* The options' arguments; what is invalid is a usage error and ends here */
 void limits_count(struct limits *limits, const char *text, const struct argp_state *state);
 void limits_timeout(struct limits *limits, const char *text, const struct argp_state *state);
 

@@ -35,7 +35,7 @@ const char *const *layout_folders(void);
 /* Could this be the name of one? It becomes the name of a file. */
 bool layout_name_ok(const char *name);
 
-/* Return CLI_OK; CLI_USAGE: there is none of this name; CLI_FAILURE: it makes no sense. */
+/* Return CLI_OK; CLI_USAGE: there is none of this name; CLI_FAILURE: it is invalid. */
 int layout_read(const char *name, struct layout *layout);
 
 /* Name of the layout whose captions are shown for a pendant: the chosen one, or its model's */

@@ -11,21 +11,8 @@
  * The same bytes go to a second parser one by one; both must tell the same. FAULT, when it is
  * defined, plants a fault that must be found (see run-fuzz).
  */
-#include <stdio.h>
-#include <stdlib.h>
-
 #include "../../../../drivers/xy3/xy3-packet.c"
-
-#ifndef FAULT
-#define FAULT	0
-#endif
-
-#define must(condition)	do {							\
-	if (!(condition)) {							\
-		fprintf(stderr, "broken: %s, line %d\n", #condition, __LINE__);	\
-		abort();							\
-	}									\
-} while (0)
+#include "fuzz.h"
 
 struct reader {
 	struct xy3_parser parser;
@@ -151,8 +138,6 @@ static void compare(const struct reader *a, const struct reader *b)
 	must(a->parser.kept == b->parser.kept);
 	must(!memcmp(a->parser.buffer, b->parser.buffer, a->parser.kept));
 }
-
-int LLVMFuzzerTestOneInput(const u8 *data, size_t size);
 
 int LLVMFuzzerTestOneInput(const u8 *data, size_t size)
 {

@@ -11,21 +11,8 @@
  *
  * FAULT, when it is defined, plants a fault that must be found (see run-fuzz).
  */
-#include <stdio.h>
-#include <stdlib.h>
-
 #include "../../../../drivers/hid-xhc/xhc-codec.c"
-
-#ifndef FAULT
-#define FAULT	0
-#endif
-
-#define must(condition)	do {							\
-	if (!(condition)) {							\
-		fprintf(stderr, "broken: %s, line %d\n", #condition, __LINE__);	\
-		abort();							\
-	}									\
-} while (0)
+#include "fuzz.h"
 
 static const u32 products[] = { 0xeb6e, 0xeb70, 0xeb93 };
 
@@ -184,8 +171,6 @@ static void frames(const struct xhc_model *model, const u8 *data, size_t size)
 		must(!joined[i]);
 	free(payload);
 }
-
-int LLVMFuzzerTestOneInput(const u8 *data, size_t size);
 
 int LLVMFuzzerTestOneInput(const u8 *data, size_t size)
 {
