@@ -100,6 +100,8 @@ class Component:
             if works and down[name] and not self.down[name] and self.runs(name, values):
                 self.macros.start(name, axis)
         self.down = down
+        if not works:
+            self.macros.drop()
         self.macros.turn()
 
     def _look_for_pendant(self):

@@ -150,6 +150,10 @@ class Macros:
         if any(code in stat.gcodes[1:] for code in COMPENSATION):
             raise ValueError('not with cutter compensation (G41, G42)')
 
+    def drop(self):
+        """The pendant is gone, and with it its key Stop: no further line is sent."""
+        self.lines = []
+
     def turn(self):
         """Sends the next line when the one before is done; after the last, back to the mode."""
         if self.mode is None:

@@ -269,6 +269,19 @@ class TestComponent(Case):
             assert not self.turn(made)
         assert self.said == []
 
+    def test_no_further_line_when_the_pendant_is_gone(self):
+        """It has the key Stop."""
+        made = self.start()
+        path = self.plug()
+        assert self.turn(made)
+        made.pins['goto-zero'] = True
+        assert self.turn(made)
+        assert self.mill.asked == [3, 'G53 G0 Z0.0000000']
+        shutil.rmtree(path)
+        for _ in range(3):
+            assert not self.turn(made)
+        assert self.mill.asked == [3, 'G53 G0 Z0.0000000', 1]
+
     def test_heartbeat(self):
         made = self.start()
         beats = []
