@@ -165,7 +165,7 @@ static void xhc_dro_work(struct work_struct *work)
 			xhc_dro_schedule_frame(dro);
 			return;
 		}
-		display = dro->want;
+		display = *xhc_dro_want(xhc);
 		list_splice_init(&dro->flushes, &flushes);
 		force = !list_empty(&flushes);
 		dro->changed = false;
@@ -188,7 +188,7 @@ static void xhc_dro_work(struct work_struct *work)
 		return;
 	if (err || dro->changed || !list_empty(&dro->flushes))
 		xhc_dro_schedule_frame(dro);
-	if (!dro->want.day && !xhc->model->seed)
+	if (!xhc_dro_want(xhc)->day && !xhc->model->seed)
 		hrtimer_start(&dro->midnight, xhc_midnight(), HRTIMER_MODE_ABS);
 }
 
@@ -197,6 +197,18 @@ static enum hrtimer_restart xhc_dro_midnight(struct hrtimer *timer)
 {
 	xhc_dro_schedule(container_of(timer, struct xhc_dro, midnight), 0);
 	return HRTIMER_NORESTART;
+}
+
+/**
+ * xhc_dro_want() - the values that the display is to show
+ * @xhc: the pendant, with the lock of its display held
+ *
+ * Return: the values; xhc_dro_changed() sends what is changed in them.
+ */
+struct xhc_display *xhc_dro_want(struct xhc_device *xhc)
+{
+	lockdep_assert_held(&xhc->dro.lock);
+	return &xhc->dro.want;
 }
 
 /**

@@ -47,7 +47,7 @@ static ssize_t axis_show(struct device *dev, struct device_attribute *attr, char
 	char text[XHC_POSITION_TEXT];
 
 	guard(mutex)(&xhc->dro.lock);
-	xhc_format_position(xhc->dro.want.position[xhc_attr_index(attr)], text, sizeof(text));
+	xhc_format_position(xhc_dro_want(xhc)->position[xhc_attr_index(attr)], text, sizeof(text));
 	return sysfs_emit(buf, "%s\n", text);
 }
 
@@ -63,7 +63,7 @@ static ssize_t axis_store(struct device *dev, struct device_attribute *attr,
 		return err;
 
 	guard(mutex)(&xhc->dro.lock);
-	xhc->dro.want.position[xhc_attr_index(attr)] = units;
+	xhc_dro_want(xhc)->position[xhc_attr_index(attr)] = units;
 	xhc_dro_changed(xhc);
 	return count;
 }
@@ -87,7 +87,7 @@ static ssize_t position_show(struct device *dev, struct device_attribute *attr, 
 	for (unsigned int i = 0; i < xhc->model->positions; i++) {
 		char text[XHC_POSITION_TEXT];
 
-		xhc_format_position(xhc->dro.want.position[i], text, sizeof(text));
+		xhc_format_position(xhc_dro_want(xhc)->position[i], text, sizeof(text));
 		len += sysfs_emit_at(buf, len, "%s%s", i ? " " : "", text);
 	}
 	return len + sysfs_emit_at(buf, len, "\n");
@@ -121,7 +121,7 @@ static ssize_t position_store(struct device *dev, struct device_attribute *attr,
 		return -EINVAL;
 
 	guard(mutex)(&xhc->dro.lock);
-	memcpy(xhc->dro.want.position, units, xhc->model->positions * sizeof(units[0]));
+	memcpy(xhc_dro_want(xhc)->position, units, xhc->model->positions * sizeof(units[0]));
 	xhc_dro_changed(xhc);
 	return count;
 }
@@ -133,7 +133,7 @@ static ssize_t number_show(struct device *dev, struct device_attribute *attr, ch
 	struct xhc_device *xhc = dev_get_drvdata(dev);
 
 	guard(mutex)(&xhc->dro.lock);
-	return sysfs_emit(buf, "%u\n", xhc->dro.want.number[xhc_attr_index(attr)]);
+	return sysfs_emit(buf, "%u\n", xhc_dro_want(xhc)->number[xhc_attr_index(attr)]);
 }
 
 static ssize_t number_store(struct device *dev, struct device_attribute *attr,
@@ -147,7 +147,7 @@ static ssize_t number_store(struct device *dev, struct device_attribute *attr,
 		return err;
 
 	guard(mutex)(&xhc->dro.lock);
-	xhc->dro.want.number[xhc_attr_index(attr)] = number;
+	xhc_dro_want(xhc)->number[xhc_attr_index(attr)] = number;
 	xhc_dro_changed(xhc);
 	return count;
 }
@@ -164,9 +164,9 @@ static ssize_t step_show(struct device *dev, struct device_attribute *attr, char
 	int multiplier;
 
 	guard(mutex)(&xhc->dro.lock);
-	multiplier = xhc_step_multiplier(xhc->dro.want.step);
+	multiplier = xhc_step_multiplier(xhc_dro_want(xhc)->step);
 	if (multiplier < 0)
-		return sysfs_emit(buf, "0x%02x\n", xhc->dro.want.step);
+		return sysfs_emit(buf, "0x%02x\n", xhc_dro_want(xhc)->step);
 	return sysfs_emit(buf, "%d\n", multiplier);
 }
 
@@ -180,7 +180,7 @@ static ssize_t step_store(struct device *dev, struct device_attribute *attr,
 		return code;
 
 	guard(mutex)(&xhc->dro.lock);
-	xhc->dro.want.step = code;
+	xhc_dro_want(xhc)->step = code;
 	xhc_dro_changed(xhc);
 	return count;
 }
@@ -202,7 +202,7 @@ static ssize_t icon_show(struct device *dev, struct device_attribute *attr, char
 	struct xhc_device *xhc = dev_get_drvdata(dev);
 
 	guard(mutex)(&xhc->dro.lock);
-	return sysfs_emit(buf, "%u\n", xhc->dro.want.icon);
+	return sysfs_emit(buf, "%u\n", xhc_dro_want(xhc)->icon);
 }
 
 static ssize_t icon_store(struct device *dev, struct device_attribute *attr,
@@ -216,7 +216,7 @@ static ssize_t icon_store(struct device *dev, struct device_attribute *attr,
 		return err;
 
 	guard(mutex)(&xhc->dro.lock);
-	xhc->dro.want.icon = icon;
+	xhc_dro_want(xhc)->icon = icon;
 	xhc_dro_changed(xhc);
 	return count;
 }
@@ -228,7 +228,7 @@ static ssize_t state_show(struct device *dev, struct device_attribute *attr, cha
 	char text[XHC_STATE_TEXT];
 
 	guard(mutex)(&xhc->dro.lock);
-	xhc_format_state(xhc->model, xhc->dro.want.state, text, sizeof(text));
+	xhc_format_state(xhc->model, xhc_dro_want(xhc)->state, text, sizeof(text));
 	return sysfs_emit(buf, "%s\n", text);
 }
 
@@ -244,7 +244,7 @@ static ssize_t state_store(struct device *dev, struct device_attribute *attr,
 		return err;
 
 	guard(mutex)(&xhc->dro.lock);
-	xhc->dro.want.state = state;
+	xhc_dro_want(xhc)->state = state;
 	xhc_dro_changed(xhc);
 	return count;
 }
@@ -255,9 +255,9 @@ static ssize_t day_show(struct device *dev, struct device_attribute *attr, char 
 	struct xhc_device *xhc = dev_get_drvdata(dev);
 
 	guard(mutex)(&xhc->dro.lock);
-	if (!xhc->dro.want.day)
+	if (!xhc_dro_want(xhc)->day)
 		return sysfs_emit(buf, "auto\n");
-	return sysfs_emit(buf, "%u\n", xhc->dro.want.day);
+	return sysfs_emit(buf, "%u\n", xhc_dro_want(xhc)->day);
 }
 
 static ssize_t day_store(struct device *dev, struct device_attribute *attr,
@@ -274,7 +274,7 @@ static ssize_t day_store(struct device *dev, struct device_attribute *attr,
 	}
 
 	guard(mutex)(&xhc->dro.lock);
-	xhc->dro.want.day = day;
+	xhc_dro_want(xhc)->day = day;
 	xhc_dro_changed(xhc);
 	return count;
 }
@@ -292,7 +292,7 @@ static ssize_t mode_show(struct device *dev, struct device_attribute *attr, char
 	struct xhc_device *xhc = dev_get_drvdata(dev);
 
 	guard(mutex)(&xhc->dro.lock);
-	return sysfs_emit(buf, "%s\n", xhc_modes[xhc->dro.want.mode]);
+	return sysfs_emit(buf, "%s\n", xhc_modes[xhc_dro_want(xhc)->mode]);
 }
 
 static ssize_t mode_store(struct device *dev, struct device_attribute *attr,
@@ -305,7 +305,7 @@ static ssize_t mode_store(struct device *dev, struct device_attribute *attr,
 		return mode;
 
 	guard(mutex)(&xhc->dro.lock);
-	xhc->dro.want.mode = mode;
+	xhc_dro_want(xhc)->mode = mode;
 	xhc_dro_changed(xhc);
 	return count;
 }
@@ -318,7 +318,7 @@ static ssize_t coordinates_show(struct device *dev, struct device_attribute *att
 	struct xhc_device *xhc = dev_get_drvdata(dev);
 
 	guard(mutex)(&xhc->dro.lock);
-	return sysfs_emit(buf, "%s\n", xhc_coordinates[xhc->dro.want.work]);
+	return sysfs_emit(buf, "%s\n", xhc_coordinates[xhc_dro_want(xhc)->work]);
 }
 
 static ssize_t coordinates_store(struct device *dev, struct device_attribute *attr,
@@ -331,7 +331,7 @@ static ssize_t coordinates_store(struct device *dev, struct device_attribute *at
 		return work;
 
 	guard(mutex)(&xhc->dro.lock);
-	xhc->dro.want.work = work;
+	xhc_dro_want(xhc)->work = work;
 	xhc_dro_changed(xhc);
 	return count;
 }
@@ -342,7 +342,7 @@ static ssize_t reset_show(struct device *dev, struct device_attribute *attr, cha
 	struct xhc_device *xhc = dev_get_drvdata(dev);
 
 	guard(mutex)(&xhc->dro.lock);
-	return sysfs_emit(buf, "%d\n", xhc->dro.want.reset);
+	return sysfs_emit(buf, "%d\n", xhc_dro_want(xhc)->reset);
 }
 
 static ssize_t reset_store(struct device *dev, struct device_attribute *attr,
@@ -356,7 +356,7 @@ static ssize_t reset_store(struct device *dev, struct device_attribute *attr,
 		return err;
 
 	guard(mutex)(&xhc->dro.lock);
-	xhc->dro.want.reset = reset;
+	xhc_dro_want(xhc)->reset = reset;
 	xhc_dro_changed(xhc);
 	return count;
 }

@@ -176,6 +176,7 @@ void xhc_input_stop(struct xhc_device *xhc);
 int xhc_dro_init(struct xhc_device *xhc);
 void xhc_dro_start(struct xhc_device *xhc);
 void xhc_dro_stop(struct xhc_device *xhc);
+struct xhc_display *xhc_dro_want(struct xhc_device *xhc);
 void xhc_dro_changed(struct xhc_device *xhc);
 int xhc_dro_flush(struct xhc_device *xhc);
 bool xhc_dro_report(struct xhc_device *xhc, const u8 *data, u8 day);
