@@ -23,9 +23,10 @@ static int xy3_hwmon_read(struct device *dev, enum hwmon_sensor_types type, u32 
 			  int channel, long *value)
 {
 	struct xy3_head *head = dev_get_drvdata(dev);
-	const struct xy3_telemetry *now = &head->telemetry;
+	const struct xy3_telemetry *now;
 
 	guard(mutex)(&head->lock);
+	now = xy3_telemetry(head);
 	switch (attr) {
 	case hwmon_temp_input:
 		if (channel >= now->temperatures ||

@@ -68,6 +68,7 @@ static void xy3_notify_work(struct work_struct *work)
 	bool sync, in_sync, identity;
 
 	scoped_guard(mutex, &head->lock) {
+		const struct xy3_telemetry *now = xy3_telemetry(head);
 		struct xy3_events *events = &head->events;
 
 		errors = events->errors;
@@ -75,8 +76,8 @@ static void xy3_notify_work(struct work_struct *work)
 		identity = events->identity;
 		thermometers = events->thermometers;
 		in_sync = head->parser.in_sync;
-		memcpy(error, head->telemetry.error, sizeof(error));
-		known = head->telemetry.errors;
+		memcpy(error, now->error, sizeof(error));
+		known = now->errors;
 		events->errors = 0;
 		events->sync = false;
 		events->identity = false;

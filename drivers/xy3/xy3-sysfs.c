@@ -35,9 +35,10 @@ static unsigned int xy3_attr_index(const struct device_attribute *attr)
 static ssize_t text_show(struct device *dev, struct device_attribute *attr, char *buf)
 {
 	struct xy3_head *head = to_xy3_head(dev);
-	const char *text = head->telemetry.text[xy3_attr_index(attr)];
+	const char *text;
 
 	guard(mutex)(&head->lock);
+	text = xy3_telemetry(head)->text[xy3_attr_index(attr)];
 	return *text ? sysfs_emit(buf, "%s\n", text) : -ENODATA;
 }
 
@@ -287,13 +288,15 @@ static ssize_t error_show(struct device *dev, struct device_attribute *attr, cha
 {
 	struct xy3_head *head = to_xy3_head(dev);
 	unsigned int component = xy3_attr_index(attr);
+	const struct xy3_telemetry *now;
 	const char *name;
 	u8 error;
 
 	guard(mutex)(&head->lock);
-	if (component >= head->telemetry.errors)
+	now = xy3_telemetry(head);
+	if (component >= now->errors)
 		return -ENODATA;
-	error = head->telemetry.error[component];
+	error = now->error[component];
 	name = xy3_error_name(error);
 	return name ? sysfs_emit(buf, "%s\n", name) : sysfs_emit(buf, "%u\n", error);
 }
@@ -301,10 +304,11 @@ static ssize_t error_show(struct device *dev, struct device_attribute *attr, cha
 static ssize_t hours_show(struct device *dev, struct device_attribute *attr, char *buf)
 {
 	struct xy3_head *head = to_xy3_head(dev);
-	const struct xy3_telemetry *now = &head->telemetry;
 	unsigned int component = xy3_attr_index(attr);
+	const struct xy3_telemetry *now;
 
 	guard(mutex)(&head->lock);
+	now = xy3_telemetry(head);
 	if (component >= now->hour_counts || now->hours[component] == XY3_HOURS_NONE)
 		return -ENODATA;
 	return sysfs_emit(buf, "%u\n", now->hours[component]);
@@ -314,11 +318,13 @@ static ssize_t frame_errors_show(struct device *dev, struct device_attribute *at
 {
 	struct xy3_head *head = to_xy3_head(dev);
 	unsigned int axis = xy3_attr_index(attr);
+	const struct xy3_telemetry *now;
 
 	guard(mutex)(&head->lock);
-	if (axis >= head->telemetry.frame_error_counts)
+	now = xy3_telemetry(head);
+	if (axis >= now->frame_error_counts)
 		return -ENODATA;
-	return sysfs_emit(buf, "%u\n", head->telemetry.frame_errors[axis]);
+	return sysfs_emit(buf, "%u\n", now->frame_errors[axis]);
 }
 
 /* filled in by xy3_sysfs_init() */

@@ -278,6 +278,7 @@ unsigned int xy3_forward_room(struct xy3_head *head);
 int xy3_send_command(struct xy3_head *head, u32 command);
 
 /* xy3-telemetry.c */
+const struct xy3_telemetry *xy3_telemetry(struct xy3_head *head);
 void xy3_telemetry_packet(struct xy3_head *head, const struct xy3_packet *packet);
 void xy3_telemetry_forget(struct xy3_head *head);
 void xy3_telemetry_forget_numbers(struct xy3_head *head);
