@@ -138,6 +138,7 @@ static int forward_command(struct xy3_forward *xy3, const u8 *raw, size_t size)
 	struct forward *forward = container_of(xy3, struct forward, xy3);
 	u32 frame = 0;
 
+	lockdep_assert_held(&xy3->head->forward_lock);
 	if (forward->limited && !forward->room)
 		return -EAGAIN;
 	forward->room--;
@@ -151,6 +152,7 @@ static unsigned int forward_room(struct xy3_forward *xy3)
 {
 	struct forward *forward = container_of(xy3, struct forward, xy3);
 
+	lockdep_assert_held(&xy3->head->forward_lock);
 	return forward->limited ? forward->room : 1000;
 }
 
