@@ -10,7 +10,7 @@ import os
 
 import head_rig
 import kernel
-from failslab import FAILSLAB, function_range, module_range, setup_failslab, walk
+from failslab import DRIVER_CORE, FAILSLAB, function_range, module_range, setup_failslab, walk
 from head_rig import LDISC, N_TTY, Case, Pty, get_speed, heads, set_ldisc, set_speed, wait
 from kernel import read_file, write_file
 from xy3_head_sim import wire
@@ -48,7 +48,7 @@ class TestWalk(Case):
                 os.write(uart.slave, b'x')
                 assert os.read(uart.master, 9) == b'x'
 
-        count, outcomes = walk(lambda: set_ldisc(uart.slave, LDISC), after)
+        count, outcomes = walk(lambda: set_ldisc(uart.slave, LDISC), after, DRIVER_CORE)
         self.report('attach', count, outcomes)
         assert count > 100
         assert outcomes.get('ENOMEM', 0) > 50
@@ -168,7 +168,7 @@ class TestWalk(Case):
                 head_rig.unload()
 
         setup_failslab(*function_range('do_init_module'))
-        count, outcomes = walk(head_rig.load, after)
+        count, outcomes = walk(head_rig.load, after, DRIVER_CORE)
         setup_failslab()
         self.report('insmod', count, outcomes)
         assert count > 20

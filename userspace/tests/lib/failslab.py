@@ -17,6 +17,10 @@ FAIL_PAGE_ALLOC = '/sys/kernel/debug/fail_page_alloc/'
 ENOUGH = 5000               # nothing here allocates more often than that
 ALL_CODE = (0, (1 << 64) - 1)
 
+# The driver core returns -EINVAL when there is no memory for a device's name (device_add()) or the
+# folder of a module's drivers (module_add_driver())
+DRIVER_CORE = ('ENOMEM', 'EINVAL')
+
 
 def setup_failslab(start=ALL_CODE[0], end=ALL_CODE[1], spared='__vmalloc_node_range_noprof'):
     """start, end: only allocations whose call path goes through this piece of code may fail.
@@ -65,8 +69,10 @@ class FailNth:
         self.struck = left == b'0'
 
 
-def walk(attempt, after):
+def walk(attempt, after, errors=('ENOMEM',)):
     """attempt() under each fault in turn, after(error or None) behind each.
+
+    errors: with which of them an attempt may fail
 
     -> (number of allocations that failed, {error: how often})
     """
@@ -79,6 +85,7 @@ def walk(attempt, after):
             except OSError as error:
                 failure = error
         name = errno.errorcode[failure.errno] if failure else 'ok'
+        assert name in ('ok', *errors), 'the allocation %d: %s' % (number, name)
         if fault.struck:
             outcomes[name] = outcomes.get(name, 0) + 1
         after(failure)

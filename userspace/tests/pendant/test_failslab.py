@@ -9,7 +9,7 @@ before.
 import os
 
 import rig
-from failslab import FAILSLAB, function_range, module_range, setup_failslab, walk
+from failslab import DRIVER_CORE, FAILSLAB, function_range, module_range, setup_failslab, walk
 from hid_gadget import HidGadgetPendant
 from rig import Case, pressed, read_file, released, write_file
 from xhc_sim import find
@@ -55,7 +55,7 @@ class TestWalk(FaultCase):
                 bound.append(True)
                 pendant.unbind()
 
-        count, outcomes = walk(pendant.bind, after)
+        count, outcomes = walk(pendant.bind, after, DRIVER_CORE)
         self.report('bind', count, outcomes)
         assert count > least
         assert outcomes.get('ENOMEM', 0) > 10
@@ -162,7 +162,7 @@ class TestWalk(FaultCase):
                 rig.unload()
 
         setup_failslab(*function_range('do_init_module'))
-        count, outcomes = walk(rig.load, after)
+        count, outcomes = walk(rig.load, after, DRIVER_CORE)
         setup_failslab()
         self.report('insmod', count, outcomes)
         assert count > 100
