@@ -223,6 +223,7 @@ static u64 xy3_stat(const struct xy3_head *head, enum xy3_stat stat)
 {
 	const struct xy3_parser *parser = &head->parser;
 
+	lockdep_assert_held(&head->lock);
 	switch (stat) {
 	case XY3_RX_BYTES:
 		return parser->packet_bytes + parser->dropped_bytes + parser->kept;
