@@ -513,6 +513,19 @@ static void hwmon_test(struct kunit *test)
 	KUNIT_EXPECT_EQ(test, show_in(hwmon, hwmon->groups, "temp3_input"), -ENODATA);
 	KUNIT_EXPECT_GT(test, show_in(hwmon, hwmon->groups, "temp1_input"), 0);
 	KUNIT_EXPECT_STREQ(test, rig_page, "100000\n");
+
+	/* a component that the newest packet leaves out has no fault */
+	SEND(test, uart, TEXT_PACKET(7, 3), 1, 0, 1);
+	KUNIT_EXPECT_GT(test, show_in(hwmon, hwmon->groups, "temp3_fault"), 0);
+	KUNIT_EXPECT_STREQ(test, rig_page, "1\n");
+	SEND(test, uart, TEXT_PACKET(7, 2), 2, 0);
+	KUNIT_EXPECT_GT(test, show_in(hwmon, hwmon->groups, "temp3_fault"), 0);
+	KUNIT_EXPECT_STREQ(test, rig_page, "0\n");
+	KUNIT_EXPECT_GT(test, show_in(hwmon, hwmon->groups, "temp1_fault"), 0);
+	KUNIT_EXPECT_STREQ(test, rig_page, "0\n");
+
+	KUNIT_EXPECT_EQ(test, store(head, "byte_order", "big\n"), 0);
+	KUNIT_EXPECT_EQ(test, show_in(hwmon, hwmon->groups, "temp1_input"), -ENODATA);
 	put_device(hwmon);
 }
 

@@ -300,11 +300,14 @@ static void rate_test(struct kunit *test)
 	for (unsigned int i = 0; i < 5; i++) {
 		KUNIT_EXPECT_EQ(test, xy3_rate(i), rates[i]);
 		KUNIT_EXPECT_EQ(test, xy3_rate_command(rates[i]), commands[i]);
+		KUNIT_EXPECT_TRUE(test, xy3_is_rate(rates[i]));
 	}
 	KUNIT_EXPECT_EQ(test, xy3_rate(5), 0U);
 	KUNIT_EXPECT_EQ(test, xy3_rate(UINT_MAX), 0U);
-	for (unsigned int i = 0; i < ARRAY_SIZE(others); i++)
+	for (unsigned int i = 0; i < ARRAY_SIZE(others); i++) {
 		KUNIT_EXPECT_EQ_MSG(test, xy3_rate_command(others[i]), -EINVAL, "%u", others[i]);
+		KUNIT_EXPECT_FALSE(test, xy3_is_rate(others[i]));
+	}
 	KUNIT_EXPECT_EQ(test, XY3_RATE_DEFAULT, 115200);
 }
 

@@ -105,6 +105,17 @@ int xy3_rate_command(unsigned int rate)
 	return -EINVAL;
 }
 
+/**
+ * xy3_is_rate() - whether the backchannel can have a rate
+ * @rate: in bit/s
+ *
+ * Return: true if it is one of the five.
+ */
+bool xy3_is_rate(unsigned int rate)
+{
+	return xy3_rate_command(rate) != -EINVAL;
+}
+
 static int xy3_axis_of(char letter)
 {
 	static const char letters[] = "xyzuw";

@@ -76,6 +76,7 @@ void xy3_encode_command(u32 command, u8 raw[XY3_FRAME24_SIZE]);
 
 /* Rates of the backchannel in bit/s, ascending; 0 behind the last */
 unsigned int xy3_rate(unsigned int index);
+bool xy3_is_rate(unsigned int rate);
 int xy3_rate_command(unsigned int rate);
 
 int xy3_parse_axes(const char *text, u32 *axes);

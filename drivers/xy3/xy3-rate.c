@@ -135,7 +135,6 @@ static bool xy3_wait_resync(struct xy3_head *head)
 static int xy3_move_both(struct xy3_head *head, unsigned int rate)
 {
 	unsigned int old_rate = head->rate;
-	int command = xy3_rate_command(old_rate);
 	int err;
 
 	err = xy3_send_rate(head, xy3_rate_command(rate));
@@ -146,8 +145,8 @@ static int xy3_move_both(struct xy3_head *head, unsigned int rate)
 		return 0;
 
 	/* a UART may have had a rate that no head can have */
-	if (command >= 0)
-		xy3_send_rate(head, command);
+	if (xy3_is_rate(old_rate))
+		xy3_send_rate(head, xy3_rate_command(old_rate));
 	if (err)
 		return err;
 	xy3_move_uart(head, head->back, old_rate);
@@ -168,7 +167,7 @@ static int xy3_move_both(struct xy3_head *head, unsigned int rate)
  */
 int xy3_set_rate(struct xy3_head *head, unsigned int rate)
 {
-	if (xy3_rate_command(rate) < 0)
+	if (!xy3_is_rate(rate))
 		return -EINVAL;
 
 	guard(mutex)(&head->rate_lock);

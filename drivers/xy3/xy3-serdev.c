@@ -63,7 +63,7 @@ static int xy3_serdev_open(struct xy3_serdev *xs)
 	int err;
 
 	device_property_read_u32(&xs->serdev->dev, "current-speed", &rate);
-	if (xy3_rate_command(rate) < 0)
+	if (!xy3_is_rate(rate))
 		return dev_err_probe(&xs->serdev->dev, -EINVAL, "a head has no rate of %u bit/s\n",
 				     rate);
 

@@ -277,8 +277,7 @@ static void xy3_set_termios(struct tty_struct *tty, const struct ktermios *old)
 	 * Requested, but not waited for: the head may take seconds to follow, and readers wait as
 	 * long as the settings are locked. Meanwhile the tty has the speed that was requested.
 	 */
-	if (rate != tty_termios_baud_rate(old) && xy3_rate_command(rate) >= 0 &&
-	    xy3_get_rate(head)) {
+	if (rate != tty_termios_baud_rate(old) && xy3_is_rate(rate) && xy3_get_rate(head)) {
 		tty_encode_baud_rate(tty, rate, rate);
 		xy3_request_rate(head, rate);
 	}
