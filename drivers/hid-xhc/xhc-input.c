@@ -30,6 +30,18 @@
  */
 #define XHC_SILENCE_MS		1000
 
+/**
+ * xhc_evdev() - the evdev side of a pendant
+ * @xhc: the pendant, with the lock of its evdev side held
+ *
+ * Return: that side.
+ */
+struct xhc_evdev *xhc_evdev(struct xhc_device *xhc)
+{
+	lockdep_assert_held(&xhc->evdev.lock);
+	return &xhc->evdev;
+}
+
 static u16 xhc_keycode(const struct xhc_evdev *evdev, unsigned int scan)
 {
 	return READ_ONCE(evdev->keymap[scan]);
@@ -191,10 +203,11 @@ static void xhc_input_silence(struct timer_list *timer)
  */
 bool xhc_input_trailing(struct xhc_device *xhc, const struct xhc_input_state *in)
 {
-	struct xhc_evdev *evdev = &xhc->evdev;
+	struct xhc_evdev *evdev;
 	bool trailing;
 
-	guard(spinlock_irqsave)(&evdev->lock);
+	guard(spinlock_irqsave)(&xhc->evdev.lock);
+	evdev = xhc_evdev(xhc);
 	trailing = evdev->trailing;
 	evdev->trailing = xhc->model->trailing_report && in->asleep && !trailing;
 	return trailing;
@@ -238,7 +251,7 @@ bool xhc_input_emit(struct xhc_device *xhc, const struct xhc_input_state *in)
 void xhc_input_start(struct xhc_device *xhc)
 {
 	guard(spinlock_irqsave)(&xhc->evdev.lock);
-	xhc->evdev.running = true;
+	xhc_evdev(xhc)->running = true;
 }
 
 /**

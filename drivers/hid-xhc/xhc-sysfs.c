@@ -588,7 +588,7 @@ int xhc_sysfs_add(struct xhc_device *xhc)
 
 	awake = sysfs_get_dirent(kobj->sd, dev_attr_awake.attr.name);
 	guard(spinlock_irqsave)(&xhc->evdev.lock);
-	xhc->evdev.awake_node = awake;
+	xhc_evdev(xhc)->awake_node = awake;
 	return 0;
 }
 
@@ -603,8 +603,8 @@ void xhc_sysfs_remove(struct xhc_device *xhc)
 	struct kernfs_node *awake;
 
 	scoped_guard(spinlock_irqsave, &xhc->evdev.lock) {
-		awake = xhc->evdev.awake_node;
-		xhc->evdev.awake_node = NULL;
+		awake = xhc_evdev(xhc)->awake_node;
+		xhc_evdev(xhc)->awake_node = NULL;
 	}
 	sysfs_remove_groups(&xhc->hdev->dev.kobj, xhc_groups);
 	/* removing a file does not wake those that poll it */

@@ -167,6 +167,7 @@ int xhc_send_report(struct xhc_device *xhc, u8 report[XHC_CHUNK_SIZE]);
 /* xhc-input.c */
 int xhc_input_init(struct xhc_device *xhc);
 int xhc_input_register(struct xhc_device *xhc);
+struct xhc_evdev *xhc_evdev(struct xhc_device *xhc);
 bool xhc_input_trailing(struct xhc_device *xhc, const struct xhc_input_state *in);
 bool xhc_input_emit(struct xhc_device *xhc, const struct xhc_input_state *in);
 void xhc_input_start(struct xhc_device *xhc);
