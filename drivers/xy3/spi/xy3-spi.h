@@ -2,9 +2,9 @@
 /*
  * XY3-100 forward channel: what the files of xy3-spi share
  *
- *   IIO buffer -> xy3-buffer -> xy3-lines -> blocks -> xy3-stream -> xy3-block -> SPI
- *   xy3.ko (tty, sysfs) -> commands ------------------^
- *   IIO channel -> xy3-iio -> one scan ---------------^
+ *   IIO buffer -> xy3-buffer -> xy3-lines -> xy3-writer -> xy3-queue -> xy3-block -> SPI
+ *   xy3.ko (tty, sysfs) -> xy3-spi-core -> xy3-command -----^              ^
+ *   IIO channel -> xy3-iio -> xy3-stream, one scan ------------------------'
  *
  * Only xy3-spi-core, xy3-controller and xy3-block know the bus.
  */
@@ -251,22 +251,32 @@ unsigned int xy3_stream_rate_max(const struct xy3_stream *stream);
 void xy3_stream_position(struct xy3_stream *stream, u32 *position);
 int xy3_stream_send_position(struct xy3_stream *stream, const u32 *position);
 void xy3_stream_encode(const struct xy3_stream *stream, const u32 *codes, size_t scans, u8 *out);
-int xy3_stream_blocks(struct xy3_stream *stream, unsigned int scans);
-void xy3_stream_no_blocks(struct xy3_stream *stream);
 int xy3_stream_start(struct xy3_stream *stream);
 void xy3_stream_stop(struct xy3_stream *stream);
 void xy3_stream_abort(struct xy3_stream *stream);
 void xy3_stream_leave(struct xy3_stream *stream);
 void xy3_stream_suspend(struct xy3_stream *stream);
+int xy3_stream_resize(struct xy3_stream *stream, unsigned int frame_bits);
+int xy3_stream_set_rate(struct xy3_stream *stream, unsigned int rate);
+
+/* xy3-writer.c */
+int xy3_stream_blocks(struct xy3_stream *stream, unsigned int scans);
+void xy3_stream_no_blocks(struct xy3_stream *stream);
 void xy3_stream_begin_write(struct xy3_stream *stream);
 size_t xy3_stream_write_max(const struct xy3_stream *stream);
 size_t xy3_stream_room(struct xy3_stream *stream);
 size_t xy3_stream_waiting(struct xy3_stream *stream);
 struct xy3_block *xy3_stream_take(struct xy3_stream *stream, size_t scans);
 void xy3_stream_give(struct xy3_stream *stream, struct xy3_block *block);
-int xy3_stream_resize(struct xy3_stream *stream, unsigned int frame_bits);
-int xy3_stream_set_rate(struct xy3_stream *stream, unsigned int rate);
+
+/* xy3-queue.c */
+void xy3_put_empty(struct xy3_block *block);
+void xy3_drop_written(struct xy3_stream *stream);
+void xy3_stream_fail(struct xy3_stream *stream, int err);
+bool xy3_make_closing(struct xy3_stream *stream);
+void xy3_close_after_error(struct xy3_stream *stream);
 void xy3_pump(struct xy3_stream *stream, bool late);
+void xy3_retry(struct work_struct *work);
 
 /* xy3-command.c */
 int xy3_commands_init(struct xy3_stream *stream);

@@ -54,7 +54,7 @@ MUTATIONS = (
              'stream->running = false;\n'
              '\t\tif (stream->filling && stream->filling->scans > 1)\n'
              '\t\t\tstream->filling->scans--;\n', SIM),
-    Mutation('repeated block', 'spi/xy3-stream.c',
+    Mutation('repeated block', 'spi/xy3-queue.c',
              '\t\txy3_block_recycle(block, err);\n\t\txy3_pump(stream, true);',
              '\t\tif (block->scans == block->scans_max && stream->stat[XY3_SCANS] % 7 == 0)\n'
              '\t\t\tlist_add(&block->node, &stream->full);\n'
@@ -77,7 +77,7 @@ MUTATIONS = (
              '\txy3_blocks_free(&stream->spare);\n',
              '', LEAK),
     # beyond the list of the ten
-    Mutation('what is repeated is not the last scan', 'spi/xy3-stream.c',
+    Mutation('what is repeated is not the last scan', 'spi/xy3-queue.c',
              'memcpy(stream->last, last, size);',
              'memcpy(stream->last, block->data, size);', SIM),
     Mutation('codes out of the field not counted', 'spi/xy3-buffer.c',

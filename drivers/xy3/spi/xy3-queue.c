@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: GPL-2.0-only
+/*
+ * XY3-100 forward channel: blocks of frames on their way to the controller
+ *
+ * The controller is given up to XY3_BLOCKS_QUEUED blocks at a time, so that it has the next one
+ * when one is done. Commands go between two blocks. While a stream runs and its writer is late,
+ * blocks that repeat the last position keep the bus busy.
+ *
+ * All is set in motion when something is written and when a message is done.
+ */
+
+#include <linux/list.h>
+#include <linux/poll.h>
+
+#include "xy3-spi.h"
+
+/* Repeating begins while the controller still has a block: with the next one it has this many */
+#define XY3_BLOCKS_LOW		2
+
+/* What was written: whole blocks first, then one that the writer has only begun */
+static struct xy3_block *xy3_next_written(struct xy3_stream *stream)
+{
+	struct xy3_block *block = list_first_entry_or_null(&stream->full, struct xy3_block, node);
+	size_t size = xy3_stream_scan_size(stream);
+
+	if (block) {
+		list_del(&block->node);
+	} else {
+		block = stream->filling;
+		stream->filling = NULL;
+	}
+	if (block) {
+		u8 *last = block->data + (block->scans - 1) * size;
+
+		memcpy(stream->last, last, size);
+		xy3_lower_gate(&stream->map, stream->last);
+		/* nothing may follow for some time */
+		xy3_lower_gate_behind(&stream->map, last);
+		stream->primed = true;
+		stream->repeating = false;
+	}
+	return block;
+}
+
+static struct xy3_block *xy3_next_repeated(struct xy3_stream *stream)
+{
+	struct xy3_block *block = list_first_entry_or_null(&stream->spare, struct xy3_block, node);
+	size_t size = xy3_stream_scan_size(stream);
+
+	if (!block || !stream->running || !stream->primed || stream->queued >= XY3_BLOCKS_LOW)
+		return NULL;
+	list_del(&block->node);
+	for (unsigned int i = 0; i < block->scans; i++)
+		memcpy(block->data + i * size, stream->last, size);
+	if (!stream->repeating)
+		xy3_underrun_begins(stream);
+	stream->repeating = true;
+	return block;
+}
+
+/**
+ * xy3_put_empty() - the writer can have a block again
+ * @block: the block, in no list
+ */
+void xy3_put_empty(struct xy3_block *block)
+{
+	list_add_tail(&block->node, &block->stream->empty);
+	block->stream->empties++;
+}
+
+static void xy3_block_recycle(struct xy3_block *block, int err)
+{
+	struct xy3_stream *stream = block->stream;
+
+	if (block == stream->commands.block)
+		xy3_command_done(stream, err);
+	else if (block == stream->closing)
+		return;
+	else if (block->repeats)
+		list_add_tail(&block->node, &stream->spare);
+	else
+		xy3_put_empty(block);
+}
+
+/**
+ * xy3_drop_written() - drop what was written and the controller does not have yet
+ * @stream: the stream
+ */
+void xy3_drop_written(struct xy3_stream *stream)
+{
+	struct xy3_block *block, *next;
+
+	list_for_each_entry_safe(block, next, &stream->full, node) {
+		list_del(&block->node);
+		xy3_put_empty(block);
+	}
+	if (stream->filling)
+		xy3_put_empty(stream->filling);
+	stream->filling = NULL;
+}
+
+/**
+ * xy3_stream_fail() - the stream has failed: nothing that waits is to go out at some later time
+ * @stream: the stream
+ * @err: why
+ */
+void xy3_stream_fail(struct xy3_stream *stream, int err)
+{
+	stream->error = err;
+	xy3_commands_fail(stream, err);
+	xy3_drop_written(stream);
+}
+
+static void xy3_block_done(void *context);
+
+/*
+ * While another driver has locked the bus the controller refuses messages. It does not tell when
+ * that ends, and so the block is offered again and again; those behind it wait.
+ */
+static int xy3_submit(struct xy3_stream *stream, struct xy3_block *block)
+{
+	int err = xy3_block_send(block, xy3_block_done);
+
+	lockdep_assert_held(&stream->lock);
+	if (err == -EBUSY) {
+		stream->refused = block;
+		queue_delayed_work(system_percpu_wq, &stream->retry, 1);
+		err = 0;
+	}
+	if (!err)
+		stream->queued++;
+	return err;
+}
+
+/**
+ * xy3_make_closing() - make the scan that ends a stream: what was sent last, with the gate low
+ * @stream: the stream
+ *
+ * Return: false when nothing could have raised the gate, and the scan is not required.
+ */
+bool xy3_make_closing(struct xy3_stream *stream)
+{
+	struct xy3_block *block = stream->closing;
+
+	if (stream->map.gate_line < 0 || !stream->primed)
+		return false;
+	xy3_stream_encode(stream, stream->position, 1, block->data);
+	return true;
+}
+
+/**
+ * xy3_close_after_error() - try once to make the gate's line low, which may be at any level
+ * @stream: the stream; nothing is sent unless it has failed, and the controller has no block
+ */
+void xy3_close_after_error(struct xy3_stream *stream)
+{
+	lockdep_assert_held(&stream->lock);
+	if (!stream->error || stream->queued || stream->closed || !xy3_make_closing(stream))
+		return;
+	stream->closed = true;
+	xy3_submit(stream, stream->closing);
+}
+
+/**
+ * xy3_pump() - give the controller what there is
+ * @stream: the stream
+ * @late: only what has just been sent is to be followed
+ */
+void xy3_pump(struct xy3_stream *stream, bool late)
+{
+	struct xy3_block *block;
+	int err;
+
+	lockdep_assert_held(&stream->lock);
+	while (!stream->error && !stream->refused && stream->queued < XY3_BLOCKS_QUEUED) {
+		block = xy3_next_command(stream);
+		if (!block)
+			block = xy3_next_written(stream);
+		if (!block && late)
+			block = xy3_next_repeated(stream);
+		if (!block)
+			return;
+		err = xy3_submit(stream, block);
+		if (err) {
+			stream->stat[XY3_ERRORS]++;
+			xy3_stream_fail(stream, err);
+			xy3_block_recycle(block, err);
+			xy3_close_after_error(stream);
+			return;
+		}
+	}
+}
+
+static void xy3_block_sent(struct xy3_stream *stream, struct xy3_block *block, int err)
+{
+	lockdep_assert_held(&stream->lock);
+	stream->queued--;
+	if (err) {
+		stream->stat[XY3_ERRORS]++;
+		xy3_stream_fail(stream, err);
+	} else {
+		stream->stat[XY3_SCANS] += block->scans;
+		stream->stat[XY3_REPEATED] += block->repeats ? block->scans : 0;
+		if (block != stream->commands.block && !block->repeats)
+			memcpy(stream->position, block->position, sizeof(stream->position));
+		xy3_measure(stream, block->scans);
+	}
+	xy3_block_recycle(block, err);
+	xy3_pump(stream, true);
+	xy3_close_after_error(stream);
+	/* under the lock, as the stream may be gone behind it */
+	wake_up_all(&stream->done);
+	if (stream->writers)
+		wake_up_interruptible_poll(stream->writers, EPOLLOUT | EPOLLWRNORM);
+}
+
+/* A message is done, whatever became of it. In any context. */
+static void xy3_block_done(void *context)
+{
+	struct xy3_block *block = context;
+	struct xy3_stream *stream = block->stream;
+
+	guard(spinlock_irqsave)(&stream->lock);
+	xy3_block_sent(stream, block, xy3_block_status(block));
+}
+
+/**
+ * xy3_retry() - offer the block that was refused once more, unless the stream has failed meanwhile
+ * @work: the stream's retry
+ */
+void xy3_retry(struct work_struct *work)
+{
+	struct xy3_stream *stream = container_of(to_delayed_work(work), struct xy3_stream, retry);
+	struct xy3_block *block;
+	int err;
+
+	guard(spinlock_irqsave)(&stream->lock);
+	block = stream->refused;
+	stream->refused = NULL;
+	stream->queued--;
+	err = block == stream->closing ? 0 : stream->error;
+	if (!err)
+		err = xy3_submit(stream, block);
+	if (err) {
+		stream->queued++;
+		xy3_block_sent(stream, block, err);
+		return;
+	}
+	xy3_pump(stream, false);
+}
