@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * XY3-100 forward channel: counters, and the rate as it is measured
+ * XY3-100 forward channel: counters, which are in debugfs, and the rate as it is measured
  */
 
+#include <linux/debugfs.h>
 #include <linux/jiffies.h>
 #include <linux/ktime.h>
 #include <linux/math64.h>
@@ -94,4 +95,63 @@ unsigned int xy3_stream_achieved(struct xy3_stream *stream)
 {
 	guard(spinlock_irqsave)(&stream->lock);
 	return stream->running && !stream->error ? stream->achieved : 0;
+}
+
+/* ---- debugfs ---- */
+
+static struct dentry *xy3_debugfs;
+
+#define XY3_COUNTER(_name, _stat)							\
+static int xy3_##_name##_get(void *stream, u64 *value)					\
+{											\
+	*value = xy3_stream_stat(stream, _stat);					\
+	return 0;									\
+}											\
+DEFINE_DEBUGFS_ATTRIBUTE(xy3_##_name##_fops, xy3_##_name##_get, NULL, "%llu\n")
+
+XY3_COUNTER(scans, XY3_SCANS);
+XY3_COUNTER(repeated, XY3_REPEATED);
+XY3_COUNTER(commands, XY3_COMMANDS);
+XY3_COUNTER(bus_errors, XY3_ERRORS);
+XY3_COUNTER(clamped_codes, XY3_CLAMPED);
+
+/**
+ * xy3_stream_show_counters() - make the files of a stream's counters
+ * @stream: the stream
+ */
+void xy3_stream_show_counters(struct xy3_stream *stream)
+{
+	struct dentry *dir = debugfs_create_dir(dev_name(&stream->spi->dev), xy3_debugfs);
+
+	debugfs_create_file("scans", 0444, dir, stream, &xy3_scans_fops);
+	debugfs_create_file("repeated", 0444, dir, stream, &xy3_repeated_fops);
+	debugfs_create_file("commands", 0444, dir, stream, &xy3_commands_fops);
+	debugfs_create_file("bus_errors", 0444, dir, stream, &xy3_bus_errors_fops);
+	debugfs_create_file("clamped_codes", 0444, dir, stream, &xy3_clamped_codes_fops);
+	stream->debugfs = dir;
+}
+
+/**
+ * xy3_stream_hide_counters() - undo that
+ * @stream: the stream
+ */
+void xy3_stream_hide_counters(struct xy3_stream *stream)
+{
+	debugfs_remove(stream->debugfs);
+}
+
+/**
+ * xy3_debugfs_init() - make the driver's directory in debugfs
+ */
+void xy3_debugfs_init(void)
+{
+	xy3_debugfs = debugfs_create_dir("xy3-spi", NULL);
+}
+
+/**
+ * xy3_debugfs_exit() - undo that
+ */
+void xy3_debugfs_exit(void)
+{
+	debugfs_remove(xy3_debugfs);
 }

@@ -103,7 +103,7 @@ static int xy3_read_label(struct iio_dev *indio_dev, struct iio_chan_spec const 
 			  xy3_letters[channel->address] : XY3_GATE_LABEL);
 }
 
-/* ---- settings and counters ---- */
+/* ---- settings, and what users look at ---- */
 
 #define XY3_CODE_BITS_MORE	(XY3_CODE32_BITS - XY3_CODE24_BITS)
 
@@ -176,6 +176,14 @@ static ssize_t abort_store(struct device *dev, struct device_attribute *attr, co
 }
 static DEVICE_ATTR_WO(abort);
 
+static ssize_t underruns_show(struct device *dev, struct device_attribute *attr, char *buf)
+{
+	struct xy3_stream *stream = xy3_iio_stream(dev_to_iio_dev(dev));
+
+	return sysfs_emit(buf, "%llu\n", xy3_stream_stat(stream, XY3_UNDERRUNS));
+}
+static DEVICE_ATTR_RO(underruns);
+
 static ssize_t achieved_frequency_show(struct device *dev, struct device_attribute *attr,
 				       char *buf)
 {
@@ -183,31 +191,11 @@ static ssize_t achieved_frequency_show(struct device *dev, struct device_attribu
 }
 static DEVICE_ATTR_RO(achieved_frequency);
 
-#define XY3_STREAM_ATTR_RO(_name, _stat)						\
-static ssize_t _name##_show(struct device *dev, struct device_attribute *attr, char *buf)	\
-{											\
-	return sysfs_emit(buf, "%llu\n",						\
-			  xy3_stream_stat(xy3_iio_stream(dev_to_iio_dev(dev)), _stat));	\
-}											\
-static DEVICE_ATTR_RO(_name)
-
-XY3_STREAM_ATTR_RO(scans, XY3_SCANS);
-XY3_STREAM_ATTR_RO(repeated, XY3_REPEATED);
-XY3_STREAM_ATTR_RO(underruns, XY3_UNDERRUNS);
-XY3_STREAM_ATTR_RO(commands, XY3_COMMANDS);
-XY3_STREAM_ATTR_RO(bus_errors, XY3_ERRORS);
-XY3_STREAM_ATTR_RO(clamped_codes, XY3_CLAMPED);
-
 static struct attribute *xy3_iio_attrs[] = {
 	&dev_attr_frame_bits.attr,
 	&dev_attr_abort.attr,
 	&dev_attr_achieved_frequency.attr,
-	&dev_attr_scans.attr,
-	&dev_attr_repeated.attr,
 	&dev_attr_underruns.attr,
-	&dev_attr_commands.attr,
-	&dev_attr_bus_errors.attr,
-	&dev_attr_clamped_codes.attr,
 	NULL
 };
 
@@ -349,6 +337,7 @@ struct iio_dev *xy3_iio_register(struct spi_device *spi, const struct xy3_line_m
 		err = iio_device_register(indio_dev);
 	if (err)
 		goto not_registered;
+	xy3_stream_show_counters(&iio->stream);
 	return indio_dev;
 
 not_registered:
@@ -368,6 +357,7 @@ void xy3_iio_unregister(struct iio_dev *indio_dev)
 {
 	struct xy3_iio *iio = iio_priv(indio_dev);
 
+	xy3_stream_hide_counters(&iio->stream);
 	xy3_stream_leave(&iio->stream);
 	iio_device_unregister(indio_dev);
 	scoped_guard(mutex, &iio->lock)

@@ -316,7 +316,25 @@ static struct spi_driver xy3_spi_driver = {
 	.probe = xy3_spi_probe,
 	.remove = xy3_spi_remove,
 };
-module_spi_driver(xy3_spi_driver);
+
+static int __init xy3_spi_init(void)
+{
+	int err;
+
+	xy3_debugfs_init();
+	err = spi_register_driver(&xy3_spi_driver);
+	if (err)
+		xy3_debugfs_exit();
+	return err;
+}
+module_init(xy3_spi_init);
+
+static void __exit xy3_spi_exit(void)
+{
+	spi_unregister_driver(&xy3_spi_driver);
+	xy3_debugfs_exit();
+}
+module_exit(xy3_spi_exit);
 
 MODULE_DESCRIPTION("XY3-100 compatible laser scanheads: forward channel by SPI");
 MODULE_AUTHOR("xhc-xy3 developers");

@@ -152,6 +152,7 @@ enum xy3_stream_stat {
  * @word_is_scan: the controller makes SYNC out of words: a scan is one word of 24 or 32 bits
  * @rate: frames per second; like @map changed while nothing is sent only
  * @forward: the forward channel, which is told when there is room for commands
+ * @debugfs: the directory of its counters
  * @writers: where those wait who want an empty block
  * @underrun: notifies user space of underruns
  * @retry: sends @refused
@@ -190,6 +191,7 @@ struct xy3_stream {
 	bool word_is_scan;
 	unsigned int rate;
 	struct xy3_forward *forward;
+	struct dentry *debugfs;
 	wait_queue_head_t *writers;
 	struct delayed_work underrun;
 	struct delayed_work retry;
@@ -298,6 +300,10 @@ u64 xy3_stream_stat(struct xy3_stream *stream, enum xy3_stream_stat stat);
 void xy3_stream_notified(struct xy3_stream *stream);
 void xy3_stream_count_clamped(struct xy3_stream *stream, u64 count);
 unsigned int xy3_stream_achieved(struct xy3_stream *stream);
+void xy3_stream_show_counters(struct xy3_stream *stream);
+void xy3_stream_hide_counters(struct xy3_stream *stream);
+void xy3_debugfs_init(void);
+void xy3_debugfs_exit(void);
 
 /**
  * struct xy3_iio - the IIO device: what user space sees of a stream

@@ -89,10 +89,11 @@ class TestStorm(Case):
 
     def reads(self, dice):
         device = self.device()
-        for name in ('out_angl0_raw', 'scans', 'underruns', 'achieved_frequency', 'frame_bits',
+        for name in ('out_angl0_raw', 'underruns', 'achieved_frequency', 'frame_bits',
                      'sampling_frequency', 'out_angl1_label', 'buffer/data_available'):
             if dice.randrange(2):
                 read_file(device + name)
+        read_file(self.head.counters + 'scans')
         read_file(self.head.spi + 'line_map')
 
     def commands(self, dice):
@@ -188,7 +189,7 @@ class TestStorm(Case):
             assert self.head.start() is None
             with self.users(self.writes, self.commands, self.enables, self.disables,
                             self.reads) as users:
-                sent = wait(lambda: int(read_file(self.device() + 'scans')) > 5000)
+                sent = wait(lambda: self.head.number('scans') > 5000)
                 forward_rig.unload_sim()
             assert sent
             assert users.unexpected == []

@@ -18,6 +18,7 @@ from kernel import read_file, wait, write_file
 FOLDER = os.path.dirname(os.environ.get('XY3_MODULE', ''))
 DEBUGFS = '/sys/kernel/debug/xy3-sim/'
 DRIVER = '/sys/bus/spi/drivers/xy3-spi/'
+COUNTERS = '/sys/kernel/debug/xy3-spi/'
 # lines, framing, the controller has SPI_CS_WORD
 ARRANGEMENTS = ((1, 'cs', 0), (1, 'cs', 1), (2, 'cs', 0), (4, 'cs', 0), (8, 'cs', 0),
                 (4, 'line', 0), (8, 'line', 0))
@@ -90,6 +91,7 @@ class Forward:
         self.debugfs = '%s%d/' % (DEBUGFS, number)
         self.device = self.sim('devices').split()[1]
         self.spi = '/sys/bus/spi/devices/%s/' % self.device
+        self.counters = '%s%s/' % (COUNTERS, self.device)
         self.head = '/sys/class/xy3/xy3-%d/' % number
         self.number_of_tty = number
         self.uart = None
@@ -115,6 +117,9 @@ class Forward:
         return read_file(self.iio + name).strip()
 
     def number(self, name):
+        """An attribute, or a counter in debugfs."""
+        if os.path.exists(self.counters + name):
+            return int(read_file(self.counters + name))
         return int(self.get(name))
 
     def set(self, name, value):

@@ -50,6 +50,7 @@ class PlantedHead:
         self.axes, self.gate = axes, gate
         self.xy3ctl = PlantedTool(self.folder)
         self.iio = self.folder + '/sys/devices/spi/iio:device0'
+        self.counters = self.folder + '/sys/kernel/debug/xy3-spi/spi'
         self.head = self.folder + '/sys/class/xy3/xy3-0'
         self.node = self.folder + '/dev/iio:device0'
         for name in ('sys', 'dev'):
@@ -63,9 +64,11 @@ class PlantedHead:
             self.write('%s/%s' % (self.head, name), text)
         for name, text in (('frame_bits', '24'), ('sampling_frequency', '100000'),
                            ('achieved_frequency', '0'), ('underruns', '0'), ('abort', ''),
-                           ('scans', '0'), ('repeated', '0'), ('commands', '0'),
-                           ('buffer/length', '0'), ('buffer/enable', '0')):
+                           ('buffer/length', '0'), ('buffer/enable', '0'),
+                           ('buffer/data_available', '0')):
             self.write('%s/%s' % (self.iio, name), text)
+        for name in ('scans', 'repeated', 'commands'):
+            self.write('%s/%s' % (self.counters, name), '0')
         channels = [('out_angl%d' % i, axis) for i, axis in enumerate(self.axes)]
         for channel, label in channels + [('out_voltage0', 'gate')] * self.gate:
             self.write('%s/scan_elements/%s_en' % (self.iio, channel), '0')

@@ -3,6 +3,7 @@
 
 import os
 import re
+import shutil
 import signal
 
 import case
@@ -246,11 +247,26 @@ class TestGate(Case):
             assert self.head.scans() == []
 
 
+class TestShow(Case):
+    def shown(self):
+        _, output, _ = self.run('show', '--json')
+        document, = self.head.xy3ctl.documents(output)
+        return set(document['stream'])
+
+    def test_counters_for_root_only(self):
+        names = {'frame_bits', 'sampling_frequency', 'achieved_frequency', 'underruns'}
+        assert self.shown() == names | {'scans', 'repeated', 'commands'}
+        shutil.rmtree(self.head.counters)
+        assert self.shown() == names
+
+
 class TestInterrupted(Case):
     """A stream that is interrupted is aborted: what the driver still has is not drawn."""
 
     def interrupt(self, number):
-        """-> how it ended, after its first scans were read out of what takes no more of them"""
+        """-> how it ended, after its first scans were read out of what takes no more of them; and
+        the bytes of all that were written
+        """
         os.unlink(self.head.node)
         os.mkfifo(self.head.node)
         stream = self.head.xy3ctl.start('stream', 'circle', '--repeat', '0', '--json')
@@ -258,7 +274,7 @@ class TestInterrupted(Case):
         with open(self.head.node, 'rb') as node:
             assert len(node.read(1200)) == 1200
             stream.process.send_signal(number)
-            return stream.end()
+            return (*stream.end(), 1200 + len(node.read()))
 
     def test_aborted(self):
         for number, status in ((signal.SIGINT, INTERRUPTED), (signal.SIGTERM, OK),
@@ -266,13 +282,22 @@ class TestInterrupted(Case):
             with case.row(number):
                 self.head.write(self.head.iio + '/abort', '')
                 self.head.write(self.head.iio + '/buffer/enable', '0')
-                found, output, errors = self.interrupt(number)
+                found, output, errors, _ = self.interrupt(number)
                 assert (found, errors) == (status, '')
                 assert self.head.read('abort') == '1'
                 assert self.head.read('buffer/enable') == '0\n'
                 document, = self.head.xy3ctl.documents(output)
                 # none, as the driver's counter of scans has not moved
                 assert document['scans'] == 0
+
+    def test_without_counters(self):
+        """Which only root can read: of what was written that was sent which did not wait."""
+        shutil.rmtree(self.head.counters)
+        self.head.write(self.head.iio + '/buffer/data_available', '60')
+        found, output, errors, size = self.interrupt(signal.SIGINT)
+        assert (found, errors) == (INTERRUPTED, '')
+        document, = self.head.xy3ctl.documents(output)
+        assert document['scans'] == size // 12 - 60
 
     def test_not_aborted(self):
         """One that comes to its end, or to an error, sends what was taken."""

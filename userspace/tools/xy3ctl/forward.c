@@ -30,6 +30,7 @@ struct forward {
 	int fd;
 	long long underruns;	/* before the stream */
 	long long sent;		/* scans by then, as iio_sent() counts them */
+	long long dropped;	/* scans that waited when the stream was aborted */
 	/* spidev, or NULL */
 	struct xy3_spidev *spidev;
 	struct xy3_line_map *map;
@@ -165,14 +166,14 @@ static int iio_open(struct forward *forward, const struct forward_settings *sett
 	return CLI_OK;
 }
 
-/* Scans of streams that were sent since the device was made; -1: not known */
+/* Scans of streams that were sent since the device was made; -1: not known, to all but root */
 static long long iio_sent(const struct forward *forward)
 {
 	long long scans, repeated, commands;
 
-	if (head_read_iio(&forward->head, "scans", &scans) ||
-	    head_read_iio(&forward->head, "repeated", &repeated) ||
-	    head_read_iio(&forward->head, "commands", &commands))
+	if (head_read_counter(&forward->head, "scans", &scans) ||
+	    head_read_counter(&forward->head, "repeated", &repeated) ||
+	    head_read_counter(&forward->head, "commands", &commands))
 		return -1;
 	return scans - repeated - commands;
 }
@@ -400,16 +401,20 @@ int forward_stop(struct forward *forward)
 
 int forward_abort(struct forward *forward)
 {
-	return forward->spidev ? CLI_OK : iio_set(forward, "abort", 1);
+	if (forward->spidev)
+		return CLI_OK;
+	head_read_iio(&forward->head, "buffer/data_available", &forward->dropped);
+	return iio_set(forward, "abort", 1);
 }
 
 unsigned long forward_sent(const struct forward *forward, unsigned long written)
 {
 	long long sent = forward->spidev ? -1 : iio_sent(forward);
 
-	if (sent < 0 || forward->sent < 0 || sent - forward->sent > (long long)written)
-		return written;
-	return sent - forward->sent;
+	if (sent < 0 || forward->sent < 0)
+		return written - forward->dropped;
+	sent -= forward->sent;
+	return sent > (long long)written ? written : (unsigned long)sent;
 }
 
 long forward_rate(const struct forward *forward)

@@ -63,7 +63,10 @@ int forward_stop(struct forward *forward);
  * spidev nothing is under way between writes.
  */
 int forward_abort(struct forward *forward);
-/* Scans that were sent, of this many that were written and are not under way any more */
+/*
+ * Scans that were sent, of this many that were written and are not under way any more. But for root
+ * that is a guess behind forward_abort(): those that went out while it was called are not in it.
+ */
 unsigned long forward_sent(const struct forward *forward, unsigned long written);
 
 /* Frames per second that are wanted, and that there were when last looked at; 0: not known */

@@ -17,6 +17,7 @@
 #include "sysfs.h"
 
 #define CLASS "/sys/class/xy3"
+#define COUNTERS "/sys/kernel/debug/xy3-spi"
 
 /* The last part of the first path that fits the pattern, "" when none does */
 static void first_match(char *name, size_t size, const char *pattern)
@@ -120,6 +121,13 @@ int head_read_iio(const struct head *head, const char *name, long long *number)
 	if (!head->iio[0])
 		return -ENODEV;
 	return sysfs_read_number(number, "/sys/bus/iio/devices/%s/%s", head->iio, name);
+}
+
+int head_read_counter(const struct head *head, const char *name, long long *number)
+{
+	if (!head->forward[0])
+		return -ENODEV;
+	return sysfs_read_number(number, COUNTERS "/%s/%s", head->forward, name);
 }
 
 int head_write(const struct head *head, const char *name, const char *text)

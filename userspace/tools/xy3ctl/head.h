@@ -35,6 +35,8 @@ int head_find(struct head *head, const char *name);
 /* An attribute of the head or of its IIO device, as sysfs.h has it; -ENODEV without a device */
 int head_read(const struct head *head, const char *name, char *text, size_t size);
 int head_read_iio(const struct head *head, const char *name, long long *number);
+/* A counter of its forward channel, which is in debugfs: for root, where that is mounted */
+int head_read_counter(const struct head *head, const char *name, long long *number);
 int head_write(const struct head *head, const char *name, const char *text);
 int head_write_iio(const struct head *head, const char *name, long long number);
 

@@ -137,8 +137,11 @@ static const char *const head_counters[] = {
 };
 
 static const char *const stream_numbers[] = {
-	"frame_bits", "sampling_frequency", "achieved_frequency", "scans", "repeated", "underruns",
-	"commands", "bus_errors", "clamped_codes",
+	"frame_bits", "sampling_frequency", "achieved_frequency", "underruns",
+};
+
+static const char *const stream_counters[] = {
+	"scans", "repeated", "commands", "bus_errors", "clamped_codes",
 };
 
 static long long head_counter(const struct head *head, const char *name)
@@ -163,6 +166,10 @@ void statistics_print(const struct head *head)
 		if (!head_read_iio(head, stream_numbers[i], &number))
 			printf("  %-20s %lld\n", stream_numbers[i], number);
 	}
+	for (unsigned int i = 0; i < ARRAY_SIZE(stream_counters); i++) {
+		if (!head_read_counter(head, stream_counters[i], &number))
+			printf("  %-20s %lld\n", stream_counters[i], number);
+	}
 }
 
 void statistics_json(struct json_object *object, const struct head *head)
@@ -177,6 +184,10 @@ void statistics_json(struct json_object *object, const struct head *head)
 		for (unsigned int i = 0; i < ARRAY_SIZE(stream_numbers); i++) {
 			if (!head_read_iio(head, stream_numbers[i], &number))
 				cli_json_number(forward, stream_numbers[i], number);
+		}
+		for (unsigned int i = 0; i < ARRAY_SIZE(stream_counters); i++) {
+			if (!head_read_counter(head, stream_counters[i], &number))
+				cli_json_number(forward, stream_counters[i], number);
 		}
 	}
 	json_object_object_add(object, "statistics", back);

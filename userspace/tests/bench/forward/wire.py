@@ -107,8 +107,13 @@ class Stream:
             file.write(str(value))
 
     def get(self, name):
-        with open(f'{self.folder}/{name}', encoding='ascii') as file:
-            return int(file.read())
+        """An attribute, or a counter in debugfs."""
+        device = os.path.basename(os.path.dirname(os.path.realpath(self.folder)))
+        for folder in (self.folder, f'/sys/kernel/debug/xy3-spi/{device}'):
+            if os.path.exists(f'{folder}/{name}'):
+                with open(f'{folder}/{name}', encoding='ascii') as file:
+                    return int(file.read())
+        raise FileNotFoundError(name)
 
     def send(self):
         left = memoryview(self.codes).cast('B')

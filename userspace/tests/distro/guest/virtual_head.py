@@ -12,6 +12,7 @@ from serial_head import CLASS, LDISC, stop_ldattach
 
 SIM = '/sys/kernel/debug/xy3-sim/0/'
 IIO = '/sys/bus/iio/devices/'
+COUNTERS = '/sys/kernel/debug/xy3-spi/'
 DRIVER = '/sys/bus/spi/drivers/xy3-spi'
 UART = '/dev/ttyXY3SIM0'
 MODULES = ('xy3_sim', 'xy3_spi', 'xy3')
@@ -99,7 +100,8 @@ class VirtualHead:
         write_file('%s/%s' % (self.iio, name), str(value))
 
     def number(self, name):
-        return int(read_file('%s/%s' % (self.iio, name)))
+        """One of the driver's counters."""
+        return int(read_file('%s%s/%s' % (COUNTERS, os.path.basename(self.spi), name)))
 
     def start(self):
         for axis in range(self.axes):
