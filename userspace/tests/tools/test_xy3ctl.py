@@ -12,6 +12,7 @@ import re
 import select
 import struct
 
+import pytest
 import forward_rig
 import head_rig
 import kernel
@@ -451,6 +452,29 @@ class TestMoving(Case):
             self.assert_status(USAGE, 'goto', *words)
         assert self.positions(forward) == before
 
+    @pytest.mark.parametrize('lines, framing, signals, where', (
+        (4, 'line', 'sync x y z', {'x': 1, 'y': 0xfffff, 'z': 77}),
+        (4, 'line', 'sync x y z', {'z': 5, 'x': 6}),
+        (8, 'cs', 'x y z u w - - -', {'x': 1, 'y': 2, 'z': 3, 'u': 4, 'w': 5}),
+        (4, 'line', 'sync x y gate', {'x': 3, 'y': 4})))
+    def test_goto_is_one_scan(self, lines, framing, signals, where):
+        """No staircase: the head never sees a place between the old one and the new one."""
+        forward = self.head(lines, framing, attach=False,
+                            more='signals=' + signals.replace(' ', ','))
+        forward.record(100)
+        assert xy3ctl.run('goto', *('%s=%d' % one for one in where.items()))[0] == OK
+        columns = [word for word in signals.split() if word in 'xyzuw']
+        want = [where.get(axis, 0x80000) for axis in columns] + [0] * ('gate' in signals)
+        assert list(memoryview(forward.recorded()).cast('I')) == want
+        assert forward.number('scans') - forward.number('repeated') == 1
+
+    def test_goto_that_is_not_sent(self):
+        forward = self.head(4, 'line', attach=False)
+        forward.set_sim('faults/spi_error_in', '1')
+        self.assert_status(FAILURE, 'goto', '1', '2', says='has not sent the position')
+        assert forward.get('buffer/enable') == '0'
+        assert xy3ctl.run('goto', '1', '2') == (OK, '', '')
+
     def test_not_while_a_stream_runs(self):
         forward = self.head(2, 'cs', attach=False)
         assert forward.start() is None
@@ -613,6 +637,7 @@ class TestSpidev(Case):
         document = xy3ctl.json('goto', 'x=7', 'z=9', *where)
         assert document == {**document, 'head': node, 'codes': {'x': 7, 'z': 9}}
         assert self.positions() == [7, 0x80000, 9]
+        assert '\nscans 1\n' in '\n' + self.sim('stats')
         assert xy3ctl.run('command', 'calibrate', 'xy', *where)[0] == OK
         assert self.sim('commands').strip().endswith('c0003 calibrate xy')
         write_file(forward_rig.DEBUGFS + '0/record', '10000')

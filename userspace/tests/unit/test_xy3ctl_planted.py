@@ -96,13 +96,22 @@ class TestNumbers(Case):
             assert len(self.head.scans()) == count
         for text, raw in (('0x10', '16'), ('0XFFFFF', '1048575'), ('077', '77'), ('0', '0'),
                           ('+5', '5')):
-            self.head.write(self.head.iio + '/out_angl0_raw', '')
-            assert self.run('goto', 'x=' + text) == (OK, '', '')
-            assert self.head.read('out_angl0_raw') == raw
+            self.goes('x=' + text, raw=raw)
         for text, raw in (('-1', '0'), ('+1', str(TOP)), ('-0', str(MIDDLE)), ('1e0', str(TOP))):
-            self.head.write(self.head.iio + '/out_angl0_raw', '')
-            assert self.run('goto', '-u', 'x=' + text) == (OK, '', '')
-            assert self.head.read('out_angl0_raw') == raw
+            self.goes('-u', 'x=' + text, raw=raw)
+
+    def goes(self, *words, raw):
+        """X goes to a code, by one scan; it is there already, as nothing moves here."""
+        self.head.write(self.head.iio + '/out_angl0_raw', raw)
+        assert self.run('goto', *words) == (OK, '', '')
+        assert self.head.scans() == [(int(raw), MIDDLE, MIDDLE)]
+
+    def test_goto_that_is_not_sent(self):
+        """The controller's error comes behind the write: the position is not reached."""
+        status, _, errors = self.run('goto', 'x=5')
+        assert status == FAILURE
+        assert 'has not sent the position' in errors
+        assert self.head.read('buffer/enable') == '0\n'
 
     def test_a_long_interval(self):
         """poll() waits for an int of milliseconds: the time-out comes first all the same."""
@@ -385,4 +394,8 @@ class TestHelp(Case):
         for line in found:
             with case.row(line):
                 status, _, errors = self.run(*line.split())
+                if line.startswith('goto'):     # nothing moves here, unless it is made to
+                    for axis, code in enumerate(self.head.scans()[0]):
+                        self.head.write('%s/out_angl%d_raw' % (self.head.iio, axis), str(code))
+                    status, _, errors = self.run(*line.split())
                 assert (status, errors) == (OK, '')

@@ -359,29 +359,6 @@ uint32_t forward_top(const struct forward *forward)
 	return forward->top;
 }
 
-int forward_move(struct forward *forward, const uint32_t *codes, const bool *chosen)
-{
-	uint32_t scan[FORWARD_COLUMNS_MAX] = { 0 };	/* the gate is low */
-	char name[32];
-	size_t written;
-	int status;
-
-	if (forward->spidev) {
-		for (unsigned int i = 0; i < forward->axes; i++)
-			scan[i] = chosen[i] ? codes[i] : forward->top / 2 + 1;
-		return spidev_write(forward, scan, 1, &written);
-	}
-	for (unsigned int i = 0; i < forward->axes; i++) {
-		if (!chosen[i])
-			continue;
-		snprintf(name, sizeof(name), "out_angl%u_raw", i);
-		status = iio_set(forward, name, codes[i]);
-		if (status)
-			return status;
-	}
-	return CLI_OK;
-}
-
 int forward_start(struct forward *forward)
 {
 	return forward->spidev ? CLI_OK : iio_start(forward);
@@ -405,6 +382,62 @@ int forward_abort(struct forward *forward)
 		return CLI_OK;
 	head_read_iio(&forward->head, "buffer/data_available", &forward->dropped);
 	return iio_set(forward, "abort", 1);
+}
+
+/* Where an axis is, as the driver has it */
+static int iio_position(const struct forward *forward, unsigned int index, long long *code)
+{
+	char name[32];
+
+	snprintf(name, sizeof(name), "out_angl%u_raw", index);
+	if (head_read_iio(&forward->head, name, code))
+		return cli_no_device("%s has gone", forward->name);
+	return CLI_OK;
+}
+
+/* A stream of one scan, which is stopped in any case */
+static int iio_move(struct forward *forward, const uint32_t *scan)
+{
+	size_t written;
+	long long code;
+	int status, end;
+
+	cli_catch_signals();
+	status = forward_start(forward);
+	if (status)
+		return status;
+	status = forward_write(forward, scan, 1, &written);
+	cli_release_signals();
+	end = forward_stop(forward);
+	if (status || end || cli_interrupted())
+		return status ?: end;
+	/* the controller's error may have come behind the write */
+	for (unsigned int i = 0; i < forward->axes; i++) {
+		status = iio_position(forward, i, &code);
+		if (status)
+			return status;
+		if (code != scan[i])
+			return cli_error("%s: the controller has not sent the position; see dmesg",
+					 forward->name);
+	}
+	return CLI_OK;
+}
+
+int forward_move(struct forward *forward, const uint32_t *codes, const bool *chosen)
+{
+	uint32_t scan[FORWARD_COLUMNS_MAX] = { 0 };	/* the gate is low */
+	long long code = forward->top / 2 + 1;
+	size_t written;
+	int status;
+
+	for (unsigned int i = 0; i < forward->axes; i++) {
+		status = forward->spidev || chosen[i] ? CLI_OK : iio_position(forward, i, &code);
+		if (status)
+			return status;
+		scan[i] = chosen[i] ? codes[i] : code;
+	}
+	return forward->spidev ? spidev_write(forward, scan, 1, &written) :
+				 iio_move(forward, scan);
 }
 
 unsigned long forward_sent(const struct forward *forward, unsigned long written)

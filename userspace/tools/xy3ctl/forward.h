@@ -48,8 +48,8 @@ enum xy3_axis forward_axis(const struct forward *forward, unsigned int index);
 uint32_t forward_top(const struct forward *forward);
 
 /*
- * Move axes that are chosen, by index, to codes. IIO: one after another, the others stay. spidev:
- * all at once, and the others go to the middle, as nothing tells where they are.
+ * Move axes that are chosen, by index, to codes, by one scan: all at once. The others stay; with a
+ * spidev they go to the middle, as nothing tells where they are.
  */
 int forward_move(struct forward *forward, const uint32_t *codes, const bool *chosen);
 

@@ -78,7 +78,8 @@ static const struct argp argp = {
 	       "A code is a whole number from 0 to 1048575, or to 67108863 with frames of 32 bits; "
 	       "0x is understood. With --unit a number below 0 is written x=-0.5, or behind --. "
 	       "Axes that are not named stay where they are; with --spidev they "
-	       "go to the middle. Axes move one after another: for a path, see `xy3ctl stream'.\n\n"
+	       "go to the middle. All axes move at once, by one scan: for a path, see "
+	       "`xy3ctl stream'.\n\n"
 	       "  xy3ctl goto 524288 524288\n"
 	       "  xy3ctl goto --unit x=0.5 y=-0.5",
 };
