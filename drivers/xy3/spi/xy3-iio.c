@@ -290,14 +290,13 @@ static void xy3_make_channels(struct xy3_iio *iio)
  * @spi: the SPI device
  * @map: which line carries what
  * @word_is_scan: the controller makes SYNC out of words
- * @rate: frames per second at the start
- * @position: where each axis is, by enum xy3_axis, as codes of 26 bits
+ * @kept: rate, positions and counters to begin with; @map has the size of frames
  * @forward: the forward channel that its commands come by
  *
  * Return: the IIO device or an error.
  */
 struct iio_dev *xy3_iio_register(struct spi_device *spi, const struct xy3_line_map *map,
-				 bool word_is_scan, unsigned int rate, const u32 *position,
+				 bool word_is_scan, const struct xy3_kept *kept,
 				 struct xy3_forward *forward)
 {
 	struct iio_dev *indio_dev;
@@ -313,10 +312,11 @@ struct iio_dev *xy3_iio_register(struct spi_device *spi, const struct xy3_line_m
 	iio->stream.spi = spi;
 	iio->stream.map = *map;
 	iio->stream.word_is_scan = word_is_scan;
-	iio->stream.rate = rate;
+	iio->stream.rate = kept->rate;
+	memcpy(iio->stream.stat, kept->stat, sizeof(kept->stat));
 	iio->stream.forward = forward;
 	for (unsigned int i = 0; i < map->axes; i++)
-		iio->stream.position[i] = position[map->axis[i]] >> xy3_code_shift(map);
+		iio->stream.position[i] = kept->position[map->axis[i]] >> xy3_code_shift(map);
 	xy3_buffer_init(iio);
 	iio->stream.writers = &iio->buffer.pollq;
 	INIT_DELAYED_WORK(&iio->stream.underrun, xy3_notify_underrun);
@@ -348,12 +348,39 @@ no_stream:
 }
 
 /**
+ * xy3_iio_retire() - take no stream, position or setting any more, before xy3_iio_unregister()
+ * @indio_dev: the IIO device
+ *
+ * Return: false when a stream runs, and then nothing has changed.
+ */
+bool xy3_iio_retire(struct iio_dev *indio_dev)
+{
+	if (!iio_device_claim_direct(indio_dev))
+		return false;
+	xy3_stream_leave(xy3_iio_stream(indio_dev));
+	iio_device_release_direct(indio_dev);
+	return true;
+}
+
+static void xy3_keep(const struct xy3_stream *stream, struct xy3_kept *kept)
+{
+	const struct xy3_line_map *map = &stream->map;
+
+	kept->frame_bits = map->frame_bits;
+	kept->rate = stream->rate;
+	for (unsigned int i = 0; i < map->axes; i++)
+		kept->position[map->axis[i]] = stream->position[i] << xy3_code_shift(map);
+	memcpy(kept->stat, stream->stat, sizeof(kept->stat));
+}
+
+/**
  * xy3_iio_unregister() - take the IIO device away
  * @indio_dev: the IIO device
+ * @kept: what it leaves
  *
  * Of a stream that runs the controller sends what it has, the rest is dropped.
  */
-void xy3_iio_unregister(struct iio_dev *indio_dev)
+void xy3_iio_unregister(struct iio_dev *indio_dev, struct xy3_kept *kept)
 {
 	struct xy3_iio *iio = iio_priv(indio_dev);
 
@@ -362,5 +389,6 @@ void xy3_iio_unregister(struct iio_dev *indio_dev)
 	iio_device_unregister(indio_dev);
 	scoped_guard(mutex, &iio->lock)
 		xy3_stream_exit(&iio->stream);
+	xy3_keep(&iio->stream, kept);
 	iio_device_free(indio_dev);
 }

@@ -25,10 +25,9 @@
  * @forward: what the head knows of it
  * @spi: the SPI device
  * @lines: data lines
- * @lock: held while the line map is changed; protects @map
- * @map: the line map; the IIO device may have changed the size of frames since it was made
- * @rate: frames per second that were set last
- * @position: where each axis is, by enum xy3_axis, as codes of 26 bits; while there is no @iio
+ * @lock: held while the line map is changed; protects @signal and @kept
+ * @signal: the line map: enum xy3_signal for each line
+ * @kept: what the IIO device begins with
  * @iio_lock: protects @iio for commands, which come in any context
  * @iio: the IIO device
  */
@@ -37,9 +36,8 @@ struct xy3_spi {
 	struct spi_device *spi;
 	unsigned int lines;
 	struct mutex lock;	/* see above */
-	struct xy3_line_map map;
-	unsigned int rate;
-	u32 position[XY3_AXES];
+	u8 signal[XY3_LINES_MAX];
+	struct xy3_kept kept;
 	spinlock_t iio_lock;	/* see above */
 	struct iio_dev *iio;
 };
@@ -79,23 +77,28 @@ static const struct xy3_forward_ops xy3_spi_ops = {
 
 /* ---- the line map ---- */
 
-static int xy3_make_iio(struct xy3_spi *x, const struct xy3_line_map *map)
+static int xy3_make_iio(struct xy3_spi *x, const u8 *signal)
 {
-	bool word_is_scan = map->sync_line < 0 && x->lines == 1 &&
-			    (x->spi->mode & SPI_CS_WORD);
-	unsigned int clocks = map->frame_bits + (map->sync_line < 0 ? 0 : XY3_GAP_CLOCKS);
-	unsigned int lowest = DIV_ROUND_UP(x->spi->controller->min_speed_hz, clocks);
-	unsigned int highest = x->spi->max_speed_hz / clocks;
+	unsigned int clocks, lowest, highest;
+	struct xy3_line_map map;
 	struct iio_dev *iio;
-	unsigned int rate;
+	bool word_is_scan;
+	int err;
 
+	err = xy3_line_map_init(&map, x->lines, x->kept.frame_bits, signal);
+	if (err)
+		return err;
+	word_is_scan = map.sync_line < 0 && x->lines == 1 && (x->spi->mode & SPI_CS_WORD);
+	clocks = map.frame_bits + (map.sync_line < 0 ? 0 : XY3_GAP_CLOCKS);
+	lowest = DIV_ROUND_UP(x->spi->controller->min_speed_hz, clocks);
+	highest = x->spi->max_speed_hz / clocks;
 	if (!highest || lowest > highest)
 		return -EINVAL;
-	rate = clamp(x->rate, lowest, highest);
-	iio = xy3_iio_register(x->spi, map, word_is_scan, rate, x->position, &x->forward);
+	x->kept.rate = clamp(x->kept.rate, lowest, highest);
+	iio = xy3_iio_register(x->spi, &map, word_is_scan, &x->kept, &x->forward);
 	if (IS_ERR(iio))
 		return PTR_ERR(iio);
-	x->map = *map;
+	memcpy(x->signal, signal, x->lines);
 	scoped_guard(spinlock_irqsave, &x->iio_lock)
 		x->iio = iio;
 	xy3_forward_has_room(&x->forward);
@@ -105,20 +108,12 @@ static int xy3_make_iio(struct xy3_spi *x, const struct xy3_line_map *map)
 static void xy3_drop_iio(struct xy3_spi *x)
 {
 	struct iio_dev *iio = x->iio;
-	u32 position[XY3_COLUMNS_MAX];
-	struct xy3_stream *stream;
 
 	if (!iio)
 		return;
-	stream = xy3_iio_stream(iio);
-	x->map = stream->map;
-	x->rate = stream->rate;
 	scoped_guard(spinlock_irqsave, &x->iio_lock)
 		x->iio = NULL;
-	xy3_stream_position(stream, position);
-	for (unsigned int i = 0; i < x->map.axes; i++)
-		x->position[x->map.axis[i]] = position[i] << xy3_code_shift(&x->map);
-	xy3_iio_unregister(iio);
+	xy3_iio_unregister(iio, &x->kept);
 }
 
 static const char * const xy3_signal_names[] = {
@@ -133,41 +128,40 @@ static const char * const xy3_signal_names[] = {
 };
 
 /* Words, one for each line from IO0 on, as a line map; lines that are not named carry nothing */
-static int xy3_parse_map(const struct xy3_spi *x, unsigned int frame_bits, const char *const *words,
-			 unsigned int count, struct xy3_line_map *map)
+static int xy3_parse_map(const struct xy3_spi *x, const char *const *words, unsigned int count,
+			 u8 *signal)
 {
-	u8 signal[XY3_LINES_MAX];
+	struct xy3_line_map map;
 	int found;
 
 	if (!count || count > x->lines)
 		return -EINVAL;
-	memset(signal, XY3_SIGNAL_NONE, sizeof(signal));
+	memset(signal, XY3_SIGNAL_NONE, x->lines);
 	for (unsigned int i = 0; i < count; i++) {
 		found = match_string(xy3_signal_names, ARRAY_SIZE(xy3_signal_names), words[i]);
 		if (found < 0)
 			return -EINVAL;
 		signal[i] = found;
 	}
-	return xy3_line_map_init(map, x->lines, frame_bits, signal);
+	return xy3_line_map_init(&map, x->lines, XY3_FRAME_BITS_DEFAULT, signal);
 }
 
 static int xy3_change_map(struct xy3_spi *x, const char *const *words, unsigned int count)
 {
-	struct xy3_line_map map, was;
+	u8 signal[XY3_LINES_MAX];
 	int err;
 
 	guard(mutex)(&x->lock);
-	was = x->iio ? xy3_iio_stream(x->iio)->map : x->map;
-	err = xy3_parse_map(x, was.frame_bits, words, count, &map);
+	err = xy3_parse_map(x, words, count, signal);
 	if (err)
 		return err;
-	if (x->iio && iio_buffer_enabled(x->iio))
+	if (x->iio && !xy3_iio_retire(x->iio))
 		return -EBUSY;
-	/* other axes are other channels: the IIO device is made anew, under its old number */
+	/* other axes are other channels: another IIO device begins with what this one leaves */
 	xy3_drop_iio(x);
-	err = xy3_make_iio(x, &map);
+	err = xy3_make_iio(x, signal);
 	if (err)
-		xy3_make_iio(x, &was);
+		xy3_make_iio(x, x->signal);
 	return err;
 }
 
@@ -177,9 +171,9 @@ static ssize_t line_map_show(struct device *dev, struct device_attribute *attr, 
 	int at = 0;
 
 	guard(mutex)(&x->lock);
-	for (unsigned int i = 0; i < x->map.lines; i++)
+	for (unsigned int i = 0; i < x->lines; i++)
 		at += sysfs_emit_at(buf, at, "%s%s", i ? " " : "",
-				    xy3_signal_names[x->map.signal[i]]);
+				    xy3_signal_names[x->signal[i]]);
 	return at + sysfs_emit_at(buf, at, "\n");
 }
 
@@ -220,26 +214,27 @@ ATTRIBUTE_GROUPS(xy3_spi);
 /* ---- the device ---- */
 
 /* What each line carries: as the device's property says, or as usual */
-static int xy3_first_map(struct xy3_spi *x, struct xy3_line_map *map)
+static int xy3_first_map(struct xy3_spi *x, u8 *signal)
 {
 	const char *words[XY3_LINES_MAX];
 	int count;
 
 	count = device_property_string_array_count(&x->spi->dev, "lasia,line-map");
-	if (count <= 0)
-		return xy3_line_map_init(map, x->lines, XY3_FRAME_BITS_DEFAULT,
-					 xy3_default_signals(x->lines, false));
+	if (count <= 0) {
+		memcpy(signal, xy3_default_signals(x->lines, false), x->lines);
+		return 0;
+	}
 	if (count > ARRAY_SIZE(words))
 		return -EINVAL;
 	count = device_property_read_string_array(&x->spi->dev, "lasia,line-map", words, count);
 	if (count < 0)
 		return count;
-	return xy3_parse_map(x, XY3_FRAME_BITS_DEFAULT, words, count, map);
+	return xy3_parse_map(x, words, count, signal);
 }
 
 static int xy3_spi_probe(struct spi_device *spi)
 {
-	struct xy3_line_map map;
+	u8 signal[XY3_LINES_MAX];
 	struct xy3_spi *x;
 	int err;
 
@@ -251,19 +246,20 @@ static int xy3_spi_probe(struct spi_device *spi)
 	x->forward.dev = &spi->dev;
 	mutex_init(&x->lock);
 	spin_lock_init(&x->iio_lock);
-	x->rate = XY3_FRAME_RATE_DEFAULT;
+	x->kept.frame_bits = XY3_FRAME_BITS_DEFAULT;
+	x->kept.rate = XY3_FRAME_RATE_DEFAULT;
 	/* where the mirrors are is not known; the middle of the field is the safest guess */
 	for (unsigned int i = 0; i < XY3_AXES; i++)
-		x->position[i] = XY3_MIDDLE;
+		x->kept.position[i] = XY3_MIDDLE;
 	spi_set_drvdata(spi, x);
 
 	err = xy3_controller_setup(spi, &x->lines);
 	if (err)
 		return err;
-	err = xy3_first_map(x, &map);
+	err = xy3_first_map(x, signal);
 	if (err)
 		return dev_err_probe(&spi->dev, err, "no line map: lasia,line-map\n");
-	err = xy3_make_iio(x, &map);
+	err = xy3_make_iio(x, signal);
 	if (err)
 		return dev_err_probe(&spi->dev, err, "no IIO device\n");
 	err = xy3_forward_attach(&x->forward);

@@ -227,6 +227,20 @@ struct xy3_stream {
 	wait_queue_head_t done;
 };
 
+/**
+ * struct xy3_kept - what an IIO device leaves to the one that follows it
+ * @frame_bits: 24 or 32
+ * @rate: frames per second
+ * @position: where each axis is, by enum xy3_axis, as codes of 26 bits
+ * @stat: counters, by enum xy3_stream_stat
+ */
+struct xy3_kept {
+	unsigned int frame_bits;
+	unsigned int rate;
+	u32 position[XY3_AXES];
+	u64 stat[XY3_STREAM_STATS];
+};
+
 /* xy3-block.c */
 size_t xy3_stream_scan_size(const struct xy3_stream *stream);
 unsigned int xy3_scan_clocks(const struct xy3_stream *stream);
@@ -337,9 +351,10 @@ int xy3_controller_setup(struct spi_device *spi, unsigned int *lines);
 
 /* xy3-iio.c */
 struct iio_dev *xy3_iio_register(struct spi_device *spi, const struct xy3_line_map *map,
-				 bool word_is_scan, unsigned int rate, const u32 *position,
+				 bool word_is_scan, const struct xy3_kept *kept,
 				 struct xy3_forward *forward);
-void xy3_iio_unregister(struct iio_dev *indio_dev);
+bool xy3_iio_retire(struct iio_dev *indio_dev);
+void xy3_iio_unregister(struct iio_dev *indio_dev, struct xy3_kept *kept);
 
 static inline struct xy3_stream *xy3_iio_stream(struct iio_dev *indio_dev)
 {

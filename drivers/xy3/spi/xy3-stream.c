@@ -77,18 +77,27 @@ void xy3_stream_position(struct xy3_stream *stream, u32 *position)
 	memcpy(position, stream->position, sizeof(stream->position));
 }
 
+static bool xy3_stream_leaves(struct xy3_stream *stream)
+{
+	guard(spinlock_irqsave)(&stream->lock);
+	return stream->leaving;
+}
+
 /**
  * xy3_stream_send_position() - send one scan and wait until it has been sent
  * @stream: the stream, which does not run
  * @position: a code for each column, 0 for a gate
  *
- * Return: 0 or the controller's error.
+ * Return: 0, -ENODEV when the stream ends for good, or the controller's error.
  */
 int xy3_stream_send_position(struct xy3_stream *stream, const u32 *position)
 {
-	struct xy3_block *block = xy3_block_new(stream, 1);
+	struct xy3_block *block;
 	int err;
 
+	if (xy3_stream_leaves(stream))
+		return -ENODEV;
+	block = xy3_block_new(stream, 1);
 	if (!block)
 		return -ENOMEM;
 	block->scans = 1;
@@ -130,12 +139,15 @@ static void xy3_stream_unprepare(struct xy3_stream *stream)
  * xy3_stream_start() - start a stream; it begins with the first scan that is written
  * @stream: the stream
  *
- * Return: 0, or the controller's error when it does not take blocks like these.
+ * Return: 0; -ENODEV when the stream ends for good; or the controller's error when it does not take
+ * blocks like these.
  */
 int xy3_stream_start(struct xy3_stream *stream)
 {
 	int err;
 
+	if (xy3_stream_leaves(stream))
+		return -ENODEV;
 	err = xy3_stream_prepare(stream);
 	if (err) {
 		xy3_stream_unprepare(stream);
@@ -251,6 +263,8 @@ static int xy3_stream_change(struct xy3_stream *stream, const struct xy3_line_ma
 	unsigned int rate_was = stream->rate;
 	int err;
 
+	if (xy3_stream_leaves(stream))
+		return -ENODEV;
 	xy3_commands_hold(stream);
 	stream->map = *map;
 	stream->rate = clamp(rate, xy3_stream_rate_min(stream), xy3_stream_rate_max(stream));
@@ -270,7 +284,7 @@ static int xy3_stream_change(struct xy3_stream *stream, const struct xy3_line_ma
  *
  * The rate goes to the nearest one that the bus can do with frames of that size.
  *
- * Return: 0, -EINVAL, -ENOMEM or the controller's error.
+ * Return: 0, -EINVAL, -ENODEV, -ENOMEM or the controller's error.
  */
 int xy3_stream_resize(struct xy3_stream *stream, unsigned int frame_bits)
 {
@@ -288,7 +302,7 @@ int xy3_stream_resize(struct xy3_stream *stream, unsigned int frame_bits)
  * @stream: the stream, which does not run
  * @rate: frames per second
  *
- * Return: 0; -ERANGE when the bus cannot do it; -ENOMEM or the controller's error.
+ * Return: 0; -ERANGE when the bus cannot do it; -ENODEV, -ENOMEM or the controller's error.
  */
 int xy3_stream_set_rate(struct xy3_stream *stream, unsigned int rate)
 {

@@ -8,7 +8,8 @@ import struct
 
 import forward_rig
 from forward_rig import Case
-from kernel import wait
+from head_rig import error_name
+from kernel import read_file, wait, write_file
 
 COUNTERS = ('scans', 'repeated', 'commands', 'bus_errors', 'clamped_codes')
 
@@ -45,6 +46,80 @@ class TestCounters(Case):
         one.bind()
         one.find()
         assert one.number('scans') == 0
+
+
+class TestLineMap(Case):
+    """Another line map is another IIO device, which begins with all that the last one has left."""
+
+    STAYS = ('frame_bits', 'sampling_frequency', 'underruns')
+
+    def map(self, forward, words):
+        """-> the error's name, or None"""
+        error = error_name(write_file, forward.spi + 'line_map', words)
+        forward.find()
+        return error
+
+    def used(self):
+        """A channel with settings, positions and counters that are not those of the start."""
+        forward = self.forward(4, 'line')
+        assert forward.set('frame_bits', 32) is None
+        assert forward.set('sampling_frequency', 1234) is None
+        stream = forward.stream()
+        stream.write(struct.pack('<6I', 1, 2, 3, 4, 1 << 26, 6))
+        assert wait(lambda: forward.number('underruns') > 0)
+        stream.finish()
+        write_file(forward.head + 'calibrate', 'x')
+        assert wait(lambda: forward.number('commands') == 1)
+        return forward
+
+    def state(self, forward):
+        return [forward.iio] + [forward.get(name) for name in self.STAYS] + \
+            [forward.number(name) for name in COUNTERS]
+
+    def positions(self, forward):
+        return {forward.get('out_angl%d_label' % i): forward.number('out_angl%d_raw' % i)
+                for i in range(forward.axes)}
+
+    def test_what_stays(self):
+        """The number of the device, too."""
+        forward = self.used()
+        state, top = self.state(forward), (1 << 26) - 1
+        assert self.positions(forward) == {'x': 4, 'y': top, 'z': 6}
+        for words, positions in (('z - x sync', {'x': 4, 'z': 6}),
+                                 ('x y u w', {'x': 4, 'y': top, 'u': 1 << 25, 'w': 1 << 25}),
+                                 ('sync x y gate', {'x': 4, 'y': top}),
+                                 ('sync x y z', {'x': 4, 'y': top, 'z': 6})):
+            assert self.map(forward, words) is None, words
+            assert self.state(forward) == state, words
+            assert self.positions(forward) == positions, words
+        stream = forward.stream()
+        stream.write(struct.pack('<3I', 7, 8, 9))
+        stream.finish()
+        assert self.positions(forward) == {'x': 7, 'y': 8, 'z': 9}
+        assert forward.number('underruns') >= int(state[3])
+        assert forward.number('scans') > state[4]
+
+    def test_open_node(self):
+        """The old device keeps its number as long as a program has it open."""
+        forward = self.used()
+        state, stream = self.state(forward), forward.open()
+        assert self.map(forward, 'sync x z -') is None
+        assert self.state(forward)[1:] == state[1:]
+        assert error_name(stream.write, bytes(8)) == 'ENODEV'
+        stream.close()
+        assert self.map(forward, 'sync x y z') is None
+        assert self.map(forward, 'sync x z y') is None
+        assert self.state(forward)[1:] == state[1:]
+
+    def test_not_while_a_stream_runs(self):
+        """Which goes on."""
+        forward = self.used()
+        stream = forward.stream()
+        assert self.map(forward, 'sync x z -') == 'EBUSY'
+        assert read_file(forward.spi + 'line_map') == 'sync x y z\n'
+        stream.write(struct.pack('<3I', 7, 8, 9))
+        stream.finish()
+        assert self.positions(forward) == {'x': 7, 'y': 8, 'z': 9}
 
 
 def setup_module():
