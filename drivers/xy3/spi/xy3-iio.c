@@ -26,7 +26,7 @@ static const char * const xy3_letters[XY3_AXES] = {
 /* ---- one position ---- */
 
 static int xy3_read_raw(struct iio_dev *indio_dev, struct iio_chan_spec const *channel, int *value,
-			int *unused, long mask)
+			int *shift, long mask)
 {
 	struct xy3_iio *iio = iio_priv(indio_dev);
 	struct xy3_stream *stream = &iio->stream;
@@ -37,6 +37,14 @@ static int xy3_read_raw(struct iio_dev *indio_dev, struct iio_chan_spec const *c
 		xy3_stream_position(stream, position);
 		*value = position[channel->scan_index];
 		return IIO_VAL_INT;
+	/* the field's angle is not known: 0 is its middle, 1 a step of the codes of short frames */
+	case IIO_CHAN_INFO_OFFSET:
+		*value = -(1 << (channel->scan_type.realbits - 1));
+		return IIO_VAL_INT;
+	case IIO_CHAN_INFO_SCALE:
+		*value = 1;
+		*shift = channel->scan_type.realbits - XY3_CODE24_BITS;
+		return IIO_VAL_FRACTIONAL_LOG2;
 	case IIO_CHAN_INFO_SAMP_FREQ:
 		*value = stream->rate;
 		return IIO_VAL_INT;
@@ -258,6 +266,8 @@ static void xy3_make_channels(struct xy3_iio *iio)
 			.channel = i,
 			.address = iio->stream.map.axis[i],
 			.info_mask_separate = BIT(IIO_CHAN_INFO_RAW),
+			.info_mask_shared_by_type = BIT(IIO_CHAN_INFO_SCALE) |
+						    BIT(IIO_CHAN_INFO_OFFSET),
 			.info_mask_shared_by_all = BIT(IIO_CHAN_INFO_SAMP_FREQ),
 			.info_mask_shared_by_all_available = BIT(IIO_CHAN_INFO_SAMP_FREQ),
 			.scan_index = i,

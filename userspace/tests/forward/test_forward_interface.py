@@ -48,6 +48,33 @@ class TestCounters(Case):
         assert one.number('scans') == 0
 
 
+class TestScale(Case):
+    def places(self, forward, codes):
+        """-> where X is with each code, by offset and scale"""
+        found = []
+        for code in codes:
+            assert forward.set('out_angl0_raw', code) is None
+            found.append((forward.number('out_angl0_raw') + forward.number('out_angl_offset')) *
+                         float(forward.get('out_angl_scale')))
+        return found
+
+    def test_places(self):
+        """The same for both sizes of frames, and exact."""
+        forward = self.forward(4, 'line')
+        assert self.places(forward, (0, 1 << 19, (1 << 19) + 1, (1 << 20) - 1)) == \
+            [-524288, 0, 1, 524287]
+        assert forward.set('frame_bits', 32) is None
+        assert self.places(forward, (0, 1 << 25, (1 << 25) + 1, (1 << 25) + 64, (1 << 26) - 1)) == \
+            [-524288, 0, 1 / 64, 1, 524288 - 1 / 64]
+
+    def test_not_to_be_written(self):
+        forward = self.forward(4, 'line')
+        for name in ('out_angl_offset', 'out_angl_scale'):
+            was = forward.get(name)
+            assert forward.set(name, '2') == 'EINVAL'
+            assert forward.get(name) == was
+
+
 class TestLineMap(Case):
     """Another line map is another IIO device, which begins with all that the last one has left."""
 
