@@ -55,11 +55,11 @@ MUTATIONS = (
              '\t\tif (stream->filling && stream->filling->scans > 1)\n'
              '\t\t\tstream->filling->scans--;\n', SIM),
     Mutation('repeated block', 'spi/xy3-queue.c',
-             '\t\txy3_block_recycle(block, err);\n\t\txy3_pump(stream, true);',
-             '\t\tif (block->scans == block->scans_max && stream->stat[XY3_SCANS] % 7 == 0)\n'
-             '\t\t\tlist_add(&block->node, &stream->full);\n'
-             '\t\telse\n'
-             '\t\t\txy3_block_recycle(block, err);\n\t\txy3_pump(stream, true);', SIM),
+             '\txy3_block_recycle(block, err);\n\txy3_pump(stream, true);',
+             '\tif (block->scans == block->scans_max && stream->stat[XY3_SCANS] % 7 == 0)\n'
+             '\t\tlist_add(&block->node, &stream->full);\n'
+             '\telse\n'
+             '\t\txy3_block_recycle(block, err);\n\txy3_pump(stream, true);', SIM),
     Mutation('command inside a block', 'spi/xy3-command.c',
              '\tcommands->sending = command;\n',
              '\tif (!list_empty(&stream->full) && !stream->word_is_scan) {\n'
