@@ -25,6 +25,7 @@ static struct xy3_block *xy3_next_written(struct xy3_stream *stream)
 
 	if (block) {
 		list_del(&block->node);
+		stream->fulls--;
 	} else {
 		block = stream->filling;
 		stream->filling = NULL;
@@ -88,12 +89,11 @@ static void xy3_block_recycle(struct xy3_block *block, int err)
  */
 void xy3_drop_written(struct xy3_stream *stream)
 {
-	struct xy3_block *block, *next;
-
-	list_for_each_entry_safe(block, next, &stream->full, node) {
-		list_del(&block->node);
-		xy3_put_empty(block);
-	}
+	lockdep_assert_held(&stream->lock);
+	/* there may be thousands, and interrupts are off */
+	list_splice_tail_init(&stream->full, &stream->empty);
+	stream->empties += stream->fulls;
+	stream->fulls = 0;
 	if (stream->filling)
 		xy3_put_empty(stream->filling);
 	stream->filling = NULL;

@@ -169,7 +169,8 @@ enum xy3_stream_stat {
  * @block_scans: scans that a block of the writer's can hold
  * @empty: blocks for the writer
  * @empties: how many
- * @full: blocks to be sent, in this order
+ * @full: blocks to be sent, in this order; there is no room left in them
+ * @fulls: how many
  * @filling: the block that the writer has begun, while it is not at it
  * @spare: blocks that repeat the last position
  * @commands: commands, and the block that carries one
@@ -210,6 +211,7 @@ struct xy3_stream {
 	struct list_head empty;
 	unsigned int empties;
 	struct list_head full;
+	unsigned int fulls;
 	struct xy3_block *filling;
 	struct list_head spare;
 	struct xy3_commands commands;

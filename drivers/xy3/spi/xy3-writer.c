@@ -96,14 +96,9 @@ size_t xy3_stream_room(struct xy3_stream *stream)
  */
 size_t xy3_stream_waiting(struct xy3_stream *stream)
 {
-	const struct xy3_block *block;
-	size_t scans;
-
 	guard(spinlock_irqsave)(&stream->lock);
-	scans = stream->filling ? stream->filling->scans : 0;
-	list_for_each_entry(block, &stream->full, node)
-		scans += block->scans;
-	return scans;
+	return stream->fulls * stream->block_scans +
+	       (stream->filling ? stream->filling->scans : 0);
 }
 
 /**
@@ -156,6 +151,12 @@ struct xy3_block *xy3_stream_take(struct xy3_stream *stream, size_t scans)
 	return block;
 }
 
+static void xy3_put_full(struct xy3_block *block)
+{
+	list_add_tail(&block->node, &block->stream->full);
+	block->stream->fulls++;
+}
+
 /**
  * xy3_stream_give() - give a block back, with more in it or not
  * @stream: the stream
@@ -173,9 +174,9 @@ void xy3_stream_give(struct xy3_stream *stream, struct xy3_block *block)
 	}
 	if (!block->scans || stream->error || stream->aborted)
 		xy3_put_empty(block);
-	else if (block->scans == block->scans_max)
-		list_add_tail(&block->node, &stream->full);
-	else
+	else if (block->scans < block->scans_max)
 		stream->filling = block;
+	else
+		xy3_put_full(block);
 	xy3_pump(stream, false);
 }

@@ -48,6 +48,29 @@ class TestCounters(Case):
         assert one.number('scans') == 0
 
 
+class TestWaiting(Case):
+    """What was written and the controller does not have yet. At one frame a second it has three
+    blocks of 32 scans, and is at the first of them all the time.
+    """
+
+    SCAN = struct.pack('<3I', 7, 8, 9)
+
+    def test_scans_that_wait(self):
+        forward = self.forward(4, 'line', more='realtime=1')
+        assert forward.set('sampling_frequency', 1) is None
+        stream = forward.stream(length=1024, flags=os.O_NONBLOCK)
+        for _ in range(3):
+            waiting = 0
+            while not error_name(stream.write, self.SCAN * 10):
+                waiting += 10
+            # room for twice the length, with what the controller has; the rest is too short
+            assert 2048 - 3 * 32 - 10 < waiting <= 2048 + 3 * 32
+            assert waiting - 3 * 32 <= forward.number('buffer/data_available') <= waiting
+            assert forward.set('abort', 1) is None
+            assert forward.number('buffer/data_available') == 0
+        stream.finish()
+
+
 class TestScale(Case):
     def places(self, forward, codes):
         """-> where X is with each code, by offset and scale"""
