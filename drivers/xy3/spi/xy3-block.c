@@ -294,7 +294,7 @@ int xy3_blocks_prepare(struct list_head *list, unsigned int scans)
 }
 
 /**
- * xy3_blocks_unprepare() - undo that
+ * xy3_blocks_unprepare() - the messages of blocks are not going to be sent again
  * @list: the blocks, prepared or not; the controller has none of them
  */
 void xy3_blocks_unprepare(struct list_head *list)

@@ -98,7 +98,7 @@ static int xy3_buffer_write(struct iio_buffer *buffer, size_t size, const char _
 	each = buffer->bytes_per_datum;
 	if (!each || !size || size % each)
 		return -EINVAL;
-	/* the IIO core comes again with the rest, and in between others have their turn */
+	/* the IIO core calls again with the rest; the lock is free in between */
 	size = min(size, xy3_stream_write_max(&iio->stream) * each);
 	xy3_stream_begin_write(&iio->stream);
 	while (done < size) {

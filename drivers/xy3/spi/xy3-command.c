@@ -71,7 +71,7 @@ void xy3_commands_hold(struct xy3_stream *stream)
 }
 
 /**
- * xy3_commands_release() - undo that
+ * xy3_commands_release() - send commands again, behind xy3_commands_hold()
  * @stream: the stream
  */
 void xy3_commands_release(struct xy3_stream *stream)
@@ -242,7 +242,7 @@ int xy3_commands_init(struct xy3_stream *stream)
 }
 
 /**
- * xy3_commands_exit() - undo that
+ * xy3_commands_exit() - free what xy3_commands_init() has allocated
  * @stream: the stream; all commands have been sent
  */
 void xy3_commands_exit(struct xy3_stream *stream)

@@ -3,7 +3,7 @@
  * XY3-100 forward channel: what the SPI controller has to do, and whether it can
  *
  * The head takes data at the falling edge of CLK, on as many lines at once as there are axes. What
- * a controller says about its modes is looked at here, and nowhere else.
+ * a controller states about its modes is looked at here, and nowhere else.
  */
 
 #include <linux/bits.h>
@@ -13,10 +13,10 @@
 
 #include "xy3-spi.h"
 
-/* how the modes of a device say how many lines it has to itself */
+/* Bits of a device's mode that give the number of its data lines */
 #define XY3_SPI_TX_LINES	(SPI_TX_DUAL | SPI_TX_QUAD | SPI_TX_OCTAL)
 
-/* What firmware may add to the mode: all else, such as the order of bits, is the head's to say */
+/* What firmware may add to the mode; all else, such as the order of bits, is fixed by the head */
 #define XY3_SPI_MODE_KEPT	(XY3_SPI_TX_LINES | SPI_CS_HIGH | SPI_NO_CS)
 
 /**
@@ -30,7 +30,7 @@ enum xy3_defect {
 };
 
 /*
- * Drivers by name, as nothing in the SPI core tells: drivers/spi/ of 6.12 and 7.3 were read. In
+ * Drivers by name, as the SPI core has no flag for it: drivers/spi/ of 6.12 and 7.3 were read. In
  * some a later kernel or another chip does better, so that this is a warning only.
  */
 static const struct {

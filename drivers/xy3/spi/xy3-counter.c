@@ -132,7 +132,7 @@ void xy3_stream_show_counters(struct xy3_stream *stream)
 }
 
 /**
- * xy3_stream_hide_counters() - undo that
+ * xy3_stream_hide_counters() - remove the files of a stream's counters
  * @stream: the stream
  */
 void xy3_stream_hide_counters(struct xy3_stream *stream)
@@ -149,7 +149,7 @@ void xy3_debugfs_init(void)
 }
 
 /**
- * xy3_debugfs_exit() - undo that
+ * xy3_debugfs_exit() - remove the driver's directory in debugfs
  */
 void xy3_debugfs_exit(void)
 {

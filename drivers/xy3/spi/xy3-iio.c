@@ -85,7 +85,7 @@ static int xy3_write_raw(struct iio_dev *indio_dev, struct iio_chan_spec const *
 	struct xy3_iio *iio = iio_priv(indio_dev);
 	int err = -EINVAL;
 
-	/* not while a stream runs: it has the word */
+	/* a stream that runs decides alone what is sent */
 	if (!iio_device_claim_direct(indio_dev))
 		return -EBUSY;
 	scoped_guard(mutex, &iio->lock) {
@@ -231,7 +231,7 @@ static int xy3_predisable(struct iio_dev *indio_dev)
 {
 	struct xy3_iio *iio = iio_priv(indio_dev);
 
-	/* who is writing may finish */
+	/* a write that is going on may finish */
 	guard(mutex)(&iio->lock);
 	xy3_stream_stop(&iio->stream);
 	return 0;

@@ -114,7 +114,7 @@ void xy3_stream_fail(struct xy3_stream *stream, int err)
 static void xy3_block_done(void *context);
 
 /*
- * While another driver has locked the bus the controller refuses messages. It does not tell when
+ * While another driver has locked the bus the controller refuses messages. Nothing notifies when
  * that ends, and so the block is offered again and again; those behind it wait.
  */
 static int xy3_submit(struct xy3_stream *stream, struct xy3_block *block)

@@ -2,7 +2,7 @@
 /*
  * XY3-100 scanhead: the SPI driver - the forward channel
  *
- * Data lines are the controller's: it must have as many as the device asks for. The line map says
+ * Data lines are the controller's: it must have as many as the device asks for. The line map gives
  * what each carries; SYNC is the chip select, or one of the lines.
  */
 
@@ -213,7 +213,7 @@ ATTRIBUTE_GROUPS(xy3_spi);
 
 /* ---- the device ---- */
 
-/* What each line carries: as the device's property says, or as usual */
+/* What each line carries: by the device's property, or as usual */
 static int xy3_first_map(struct xy3_spi *x, u8 *signal)
 {
 	const char *words[XY3_LINES_MAX];

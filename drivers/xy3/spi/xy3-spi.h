@@ -151,9 +151,9 @@ enum xy3_stream_stat {
  * @map: which line carries what
  * @word_is_scan: the controller makes SYNC out of words: a scan is one word of 24 or 32 bits
  * @rate: frames per second; like @map changed while nothing is sent only
- * @forward: the forward channel, which is told when there is room for commands
+ * @forward: the forward channel, which is notified when there is room for commands
  * @debugfs: the directory of its counters
- * @writers: where those wait who want an empty block
+ * @writers: where writers wait for an empty block
  * @underrun: notifies user space of underruns
  * @retry: sends @refused
  * @lock: protects all that follows up to @achieved; taken when a message is done, in any context
@@ -163,7 +163,7 @@ enum xy3_stream_stat {
  * @notify_at: @underrun is not to run before that, in jiffies
  * @leaving: it ends for good: what is written is dropped, and no more is taken
  * @aborted: the rest of the write that is going on is dropped
- * @error: what the controller has said; nothing more is sent until the stream is started anew
+ * @error: of the controller; nothing more is sent until the stream is started anew
  * @write_max: scans that are taken whole, or not at all; half of all blocks have room for them
  * @wanted: scans of the write that has found no room
  * @block_scans: scans that a block of the writer's can hold
@@ -327,7 +327,7 @@ void xy3_debugfs_exit(void);
  * @buffer: what is written to it goes into blocks
  * @access: what @buffer can do; its files may outlive the module
  * @stream: the stream
- * @lock: held while something is written to @buffer, and by who changes settings
+ * @lock: held while something is written to @buffer, and while settings are changed
  * @rates: the lowest rate, a step, and the highest rate, as user space asks for them
  * @channels: one for each axis of the line map, and one for its gate
  * @input: what user space has written, before it is encoded

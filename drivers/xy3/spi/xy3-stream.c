@@ -66,7 +66,7 @@ static bool xy3_stream_idle(struct xy3_stream *stream)
 }
 
 /**
- * xy3_stream_position() - where the axes are, as far as the controller has told
+ * xy3_stream_position() - where the axes are: what the controller has reported as sent last
  * @stream: the stream
  * @position: room for all columns: a code for each axis of the line map, and behind them 0 for a
  *	      gate
@@ -240,7 +240,7 @@ void xy3_stream_suspend(struct xy3_stream *stream)
  * @stream: the stream
  *
  * The last scan written is the last one sent; with a gate it is repeated once with the gate low.
- * Who is killed meanwhile waits for what the controller has only, and the rest is dropped.
+ * A process that is killed meanwhile waits only for what the controller has; the rest is dropped.
  */
 void xy3_stream_stop(struct xy3_stream *stream)
 {

@@ -116,7 +116,7 @@ void xy3_stream_begin_write(struct xy3_stream *stream)
  * @stream: the stream
  * @scans: what is to be written, to this block and the next ones
  *
- * There is one writer at a time: once it has found room for all, nobody takes that away.
+ * There is one writer at a time: room that it has found stays.
  *
  * Return: the block, with room for one scan at least; NULL when there is no room for @scans;
  * -ECANCELED when the write is aborted, -ENODEV when the stream ends for good, -EINVAL when it does
