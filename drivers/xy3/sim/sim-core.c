@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * Virtual XY3-100 compatible scanhead: module, parameters, devices
+ * Virtual XY3-100 compatible scanhead: module, devices
  *
  * Each head is a platform device with an SPI controller, an SPI device on it, and a tty.
  */
@@ -8,195 +8,23 @@
 #include <linux/cleanup.h>
 #include <linux/device.h>
 #include <linux/err.h>
+#include <linux/idr.h>
 #include <linux/module.h>
 #include <linux/platform_device.h>
 #include <linux/slab.h>
 #include <linux/string.h>
-#include <linux/time64.h>
 
 #include "sim.h"
 
-#define SIM_NAME		"xy3-sim"
 #define SIM_RATE_DEFAULT	115200
 
 static unsigned int heads = 1;
 module_param(heads, uint, 0444);
-MODULE_PARM_DESC(heads, "Number of heads, 1 to 4 (default: 1)");
+MODULE_PARM_DESC(heads, "Number of heads to begin with, 0 to 4 (default: 1)");
 
-static unsigned int lines = 1;
-module_param(lines, uint, 0444);
-MODULE_PARM_DESC(lines, "Data lines of the SPI controller: 1, 2, 4 or 8 (default: 1)");
-
-static unsigned int device_lines;
-module_param(device_lines, uint, 0444);
-MODULE_PARM_DESC(device_lines, "Data lines of the SPI device (default: as the controller's)");
-
-static char *framing = "cs";
-module_param(framing, charp, 0444);
-MODULE_PARM_DESC(framing, "What SYNC is: cs, the chip select, or line, a data line (default: cs)");
-
-static char *signals;
-module_param(signals, charp, 0444);
-MODULE_PARM_DESC(signals, "What lines carry from IO0 on, x y z u w sync or -, with commas between");
-
-static bool cs_word;
-module_param(cs_word, bool, 0444);
-MODULE_PARM_DESC(cs_word, "The controller moves the chip select after each word (default: no)");
-
-static unsigned int max_speed_hz = 50000000;
-module_param(max_speed_hz, uint, 0444);
-MODULE_PARM_DESC(max_speed_hz, "Highest clock of the SPI controller (default: 50000000)");
-
-static unsigned int min_speed_hz;
-module_param(min_speed_hz, uint, 0444);
-MODULE_PARM_DESC(min_speed_hz, "Lowest clock of the SPI controller (default: 0, any)");
-
-static unsigned int max_transfer;
-module_param(max_transfer, uint, 0444);
-MODULE_PARM_DESC(max_transfer, "Longest SPI transfer in bytes (default: 0, any)");
-
-static char *modes = "all";
-module_param(modes, charp, 0444);
-MODULE_PARM_DESC(modes, "SPI modes: all; 0,3; 0; or claimed: takes all, does 0 or 3 (default: all)");
-
-static bool clock_inverted;
-module_param(clock_inverted, bool, 0444);
-MODULE_PARM_DESC(clock_inverted, "The pair of CLK is crossed, as the device is described (default: no)");
-
-static unsigned int word_bits = 32;
-module_param(word_bits, uint, 0444);
-MODULE_PARM_DESC(word_bits, "Longest word that goes with cs_word: 16 or 32 (default: 32)");
-
-static unsigned int driven_lines;
-module_param(driven_lines, uint, 0444);
-MODULE_PARM_DESC(driven_lines, "Data lines that transfers really use (default: as many as lines)");
-
-static bool flash_only;
-module_param(flash_only, bool, 0444);
-MODULE_PARM_DESC(flash_only, "The controller has flash operations, no transfers (default: no)");
-
-static bool lsb_first;
-module_param(lsb_first, bool, 0444);
-MODULE_PARM_DESC(lsb_first, "The device is described with its lowest bit first (default: no)");
-
-static unsigned int lanes;
-module_param(lanes, uint, 0444);
-MODULE_PARM_DESC(lanes, "Number of lanes, of one line each, that firmware describes (default: 0)");
-
-static char *driver = SIM_NAME;
-module_param(driver, charp, 0444);
-MODULE_PARM_DESC(driver, "Name of the controller's driver (default: " SIM_NAME ")");
-
-static char *modalias = "xy3-100";
-module_param(modalias, charp, 0444);
-MODULE_PARM_DESC(modalias, "Name of the SPI device: xy3-100, spidev, or another (default: xy3-100)");
-
-static bool realtime;
-module_param(realtime, bool, 0444);
-MODULE_PARM_DESC(realtime, "Transfers take as long as on a wire (default: no)");
-
-static char *idle = "float";
-module_param(idle, charp, 0444);
-MODULE_PARM_DESC(idle, "Data lines between messages: keep, low, high or float (default: float)");
-
-static unsigned int turnaround_us = 20;
-module_param(turnaround_us, uint, 0444);
-MODULE_PARM_DESC(turnaround_us, "Time between two messages that follow one another (default: 20)");
-
-static unsigned int uart_max = 4000000;
-module_param(uart_max, uint, 0444);
-MODULE_PARM_DESC(uart_max, "Highest speed of the UART in bit/s (default: 4000000)");
-
-static unsigned int interval_ms = 1000;
-module_param(interval_ms, uint, 0444);
-MODULE_PARM_DESC(interval_ms, "Time between rounds of telemetry, 0 for none (default: 1000)");
-
-static unsigned int sync_ms = 100;
-module_param(sync_ms, uint, 0444);
-MODULE_PARM_DESC(sync_ms, "Time between sync packets, 0 for none (default: 100)");
-
-static unsigned int seed = 1;
-module_param(seed, uint, 0444);
-MODULE_PARM_DESC(seed, "The same seed gives the same faults (default: 1)");
-
-static struct xy3_sim_config sim_config;
 static struct platform_device *sim_devices[XY3_SIM_HEADS_MAX];
 
-/* ---- signals ---- */
-
-static const char * const sim_signal_names[] = {
-	"x", "y", "z", "u", "w",
-	[XY3_SIM_SYNC] = "sync",
-	[XY3_SIM_GATE] = "gate",
-	[XY3_SIM_NONE] = "-",
-};
-
-/**
- * xy3_sim_signal_name() - name of a signal
- * @signal: enum xy3_sim_signal
- *
- * Return: the name.
- */
-const char *xy3_sim_signal_name(u8 signal)
-{
-	return sim_signal_names[signal];
-}
-
-static int sim_find_signal(const char *name, u8 *signal)
-{
-	for (unsigned int i = 0; i < ARRAY_SIZE(sim_signal_names); i++) {
-		if (!strcasecmp(name, sim_signal_names[i])) {
-			*signal = i;
-			return 0;
-		}
-	}
-	return -EINVAL;
-}
-
-/**
- * xy3_sim_parse_signals() - what lines carry
- * @text: their names, from IO0 on, with blanks or commas between
- * @lines: how many lines there are; those without a name carry nothing
- * @signal: the signals
- *
- * Return: 0; -EINVAL when there are too many, or a name is unknown or comes twice, or X is missing.
- */
-int xy3_sim_parse_signals(const char *text, unsigned int lines, u8 *signal)
-{
-	char *copy __free(kfree) = kstrdup(text, GFP_KERNEL);
-	u32 seen = 0;
-	unsigned int count = 0;
-	char *rest = copy, *word;
-
-	if (!copy)
-		return -ENOMEM;
-	memset(signal, XY3_SIM_NONE, XY3_SIM_LINES_MAX);
-	while ((word = strsep(&rest, " ,\t\n"))) {
-		if (!*word)
-			continue;
-		if (count == lines || sim_find_signal(word, &signal[count]))
-			return -EINVAL;
-		if (signal[count] != XY3_SIM_NONE && seen & BIT(signal[count]))
-			return -EINVAL;
-		seen |= BIT(signal[count++]);
-	}
-	return seen & BIT(XY3_SIM_X) ? 0 : -EINVAL;
-}
-
-static const char *sim_default_signals(unsigned int lines, bool line)
-{
-	switch (lines) {
-	case 1:
-		return line ? NULL : "x";
-	case 2:
-		return line ? NULL : "x y";
-	case 4:
-		return line ? "sync x y z" : "x y z u";
-	case 8:
-		return line ? "sync x y z u w" : "x y z u w";
-	}
-	return NULL;
-}
+static DEFINE_IDA(sim_numbers);
 
 /* ---- a head ---- */
 
@@ -269,28 +97,29 @@ void xy3_sim_power_cycle(struct xy3_sim *sim)
 
 static void sim_init(struct xy3_sim *sim)
 {
-	const struct xy3_sim_config *config = sim->config;
-
 	mutex_init(&sim->lock);
-	sim->realtime = config->realtime;
-	prandom_seed_state(&sim->random, seed + sim->number);
-	xy3_sim_head_wire(sim, config->lines, config->signal);
+	sim->realtime = sim->config.realtime;
+	prandom_seed_state(&sim->random, sim->config.seed + sim->number);
+	xy3_sim_head_wire(sim, sim->config.lines, sim->config.signal);
 	sim->head.rate = SIM_RATE_DEFAULT;
 	xy3_sim_telemetry_init(sim);
 }
 
 static int sim_probe(struct platform_device *pdev)
 {
+	const struct xy3_sim_config *config = dev_get_platdata(&pdev->dev);
 	struct device *dev = &pdev->dev;
 	struct xy3_sim *sim;
 	int err;
 
+	if (!config)
+		return -ENODEV;
 	sim = kzalloc(sizeof(*sim), GFP_KERNEL);
 	if (!sim)
 		return -ENOMEM;
 	sim->pdev = pdev;
 	sim->number = pdev->id;
-	sim->config = &sim_config;
+	sim->config = *config;
 	sim_init(sim);
 
 	/* from here on the tty's port is what frees it */
@@ -310,102 +139,181 @@ static int sim_probe(struct platform_device *pdev)
 	return err;
 }
 
-static struct platform_driver sim_driver = {
-	.driver = {
-		.name = SIM_NAME,
-	},
-	.probe = sim_probe,
+/* ---- drivers: those of heads may have the names of others' ---- */
+
+/**
+ * struct sim_driver - a platform driver
+ * @driver: it
+ * @name: its name
+ * @users: heads that have it, 0 and it is not registered
+ */
+struct sim_driver {
+	struct platform_driver driver;
+	char name[XY3_SIM_NAME_MAX];
+	unsigned int users;
 };
 
-/* ---- the module ---- */
+/* Protects the table */
+static DEFINE_MUTEX(sim_drivers_lock);
+static struct sim_driver sim_drivers[XY3_SIM_HEADS_MAX];
 
-static bool sim_lines_good(unsigned int count)
+static struct sim_driver *sim_find_driver(const char *name)
 {
-	return count == 1 || count == 2 || count == 4 || count == 8;
+	for (unsigned int i = 0; i < ARRAY_SIZE(sim_drivers); i++)
+		if (sim_drivers[i].users && !strcmp(sim_drivers[i].name, name))
+			return &sim_drivers[i];
+	return NULL;
 }
 
-static const char * const sim_mode_names[] = {
-	[XY3_SIM_MODES_ALL] = "all",
-	[XY3_SIM_MODES_0_3] = "0,3",
-	[XY3_SIM_MODES_0] = "0",
-	[XY3_SIM_MODES_CLAIMED] = "claimed",
-};
-
-static const char * const sim_idle_names[] = {
-	[XY3_SIM_IDLE_KEEP] = "keep",
-	[XY3_SIM_IDLE_LOW] = "low",
-	[XY3_SIM_IDLE_HIGH] = "high",
-	[XY3_SIM_IDLE_FLOAT] = "float",
-};
-
-static int __init sim_read_parameters(void)
+/* There are as many as heads: one is free */
+static struct sim_driver *sim_free_driver(void)
 {
-	bool line = !strcmp(framing, "line");
-	const char *text = signals ?: sim_default_signals(lines, line);
+	struct sim_driver *driver = sim_drivers;
+
+	while (driver->users)
+		driver++;
+	return driver;
+}
+
+static int sim_get_driver(const char *name)
+{
+	struct sim_driver *driver;
 	int err;
 
-	if (!heads || heads > XY3_SIM_HEADS_MAX || !sim_lines_good(lines) || !max_speed_hz ||
-	    (!line && strcmp(framing, "cs")) || !text)
-		return -EINVAL;
-	device_lines = device_lines ?: lines;
-	if (!sim_lines_good(device_lines))
-		return -EINVAL;
-	err = xy3_sim_parse_signals(text, lines, sim_config.signal);
-	if (err)
-		return err;
-
-	err = match_string(sim_mode_names, ARRAY_SIZE(sim_mode_names), modes);
-	if (err < 0)
-		return err;
-	sim_config.modes = err;
-	err = match_string(sim_idle_names, ARRAY_SIZE(sim_idle_names), idle);
-	if (err < 0)
-		return err;
-	sim_config.idle = err;
-	if ((word_bits != 16 && word_bits != 32) || driven_lines > lines ||
-	    lanes > XY3_SIM_LINES_MAX || turnaround_us > USEC_PER_SEC)
-		return -EINVAL;
-
-	sim_config.lines = lines;
-	sim_config.device_lines = device_lines;
-	sim_config.cs_word = cs_word;
-	sim_config.max_speed_hz = max_speed_hz;
-	sim_config.min_speed_hz = min_speed_hz;
-	sim_config.max_transfer = max_transfer;
-	sim_config.clock_inverted = clock_inverted;
-	sim_config.word_bits = word_bits;
-	sim_config.driven_lines = driven_lines ?: lines;
-	sim_config.flash_only = flash_only;
-	sim_config.lsb_first = lsb_first;
-	sim_config.lanes = lanes;
-	sim_config.turnaround_us = turnaround_us;
-	sim_config.uart_max = uart_max;
-	/* spidev takes no device by its own name; this is one of its table in all kernels */
-	sim_config.modalias = strcmp(modalias, "spidev") ? modalias : "dh2228fv";
-	sim_config.realtime = realtime;
-	sim_config.interval_ms = interval_ms;
-	sim_config.sync_ms = sync_ms;
+	guard(mutex)(&sim_drivers_lock);
+	driver = sim_find_driver(name);
+	if (!driver) {
+		driver = sim_free_driver();
+		*driver = (struct sim_driver) {
+			.driver = {
+				.driver = {
+					.name = driver->name,
+					.probe_type = PROBE_FORCE_SYNCHRONOUS,
+				},
+				.probe = sim_probe,
+			},
+		};
+		strscpy(driver->name, name, sizeof(driver->name));
+		err = platform_driver_register(&driver->driver);
+		if (err)
+			return err;
+	}
+	driver->users++;
 	return 0;
 }
 
-static void sim_remove_devices(void)
+static void sim_put_driver(const char *name)
 {
-	for (unsigned int i = 0; i < heads; i++)
-		platform_device_unregister(sim_devices[i]);
+	struct sim_driver *driver;
+
+	guard(mutex)(&sim_drivers_lock);
+	driver = sim_find_driver(name);
+	if (driver && !--driver->users)
+		platform_driver_unregister(&driver->driver);
 }
 
-static int __init sim_add_devices(void)
+/* ---- heads come and go ---- */
+
+/**
+ * xy3_sim_new_number() - a number for a head
+ *
+ * Return: the lowest one that is free, or an error.
+ */
+int xy3_sim_new_number(void)
+{
+	return ida_alloc_max(&sim_numbers, XY3_SIM_HEADS_MAX - 1, GFP_KERNEL);
+}
+
+/**
+ * xy3_sim_free_number() - a head with this number can be no more
+ * @number: it
+ */
+void xy3_sim_free_number(unsigned int number)
+{
+	ida_free(&sim_numbers, number);
+}
+
+/**
+ * xy3_sim_add() - make a head
+ * @config: its settings
+ * @number: its number
+ *
+ * Return: its device, or an error.
+ */
+struct platform_device *xy3_sim_add(const struct xy3_sim_config *config, unsigned int number)
+{
+	struct xy3_sim_config resolved = *config;
+	struct platform_device *pdev;
+	int err;
+
+	err = xy3_sim_config_resolve(&resolved);
+	if (err)
+		return ERR_PTR(err);
+	err = sim_get_driver(resolved.driver);
+	if (err)
+		return ERR_PTR(err);
+	pdev = platform_device_register_data(NULL, resolved.driver, number, &resolved,
+					     sizeof(resolved));
+	if (!IS_ERR(pdev) && !platform_get_drvdata(pdev)) {
+		/* the log says why */
+		platform_device_unregister(pdev);
+		pdev = ERR_PTR(-ENXIO);
+	}
+	if (IS_ERR(pdev))
+		sim_put_driver(resolved.driver);
+	return pdev;
+}
+
+/**
+ * xy3_sim_remove() - take a head away
+ * @pdev: its device
+ */
+void xy3_sim_remove(struct platform_device *pdev)
+{
+	const struct xy3_sim_config *config = dev_get_platdata(&pdev->dev);
+	char name[XY3_SIM_NAME_MAX];
+
+	strscpy(name, config->driver, sizeof(name));
+	platform_device_unregister(pdev);
+	sim_put_driver(name);
+}
+
+/* ---- the module ---- */
+
+static void sim_remove_heads(void)
+{
+	for (unsigned int i = 0; i < XY3_SIM_HEADS_MAX && sim_devices[i]; i++) {
+		xy3_sim_remove(sim_devices[i]);
+		xy3_sim_free_number(i);
+	}
+}
+
+static struct platform_device * __init sim_add_head(void)
+{
+	struct platform_device *pdev;
+	int number;
+
+	number = xy3_sim_new_number();
+	if (number < 0)
+		return ERR_PTR(number);
+	pdev = xy3_sim_add(&xy3_sim_defaults, number);
+	if (IS_ERR(pdev))
+		xy3_sim_free_number(number);
+	return pdev;
+}
+
+/* A module without the heads that it was asked for is of no use to anybody */
+static int __init sim_add_heads(void)
 {
 	struct platform_device *pdev;
 
 	for (unsigned int i = 0; i < heads; i++) {
-		pdev = platform_device_register_simple(driver, i, NULL, 0);
-		sim_devices[i] = IS_ERR(pdev) ? NULL : pdev;
-		/* a module without its heads is of no use to anybody */
-		if (IS_ERR(pdev) || !platform_get_drvdata(pdev)) {
-			sim_remove_devices();
-			return IS_ERR(pdev) ? PTR_ERR(pdev) : -ENODEV;
+		pdev = sim_add_head();
+		if (IS_ERR(pdev)) {
+			sim_remove_heads();
+			return PTR_ERR(pdev);
 		}
+		sim_devices[i] = pdev;
 	}
 	return 0;
 }
@@ -414,22 +322,20 @@ static int __init sim_module_init(void)
 {
 	int err;
 
-	err = sim_read_parameters();
-	if (err)
-		return err;
+	if (heads > XY3_SIM_HEADS_MAX)
+		return -EINVAL;
 	err = xy3_sim_tty_init();
 	if (err)
 		return err;
 	xy3_sim_debugfs_init();
-	sim_driver.driver.name = driver;
-	err = platform_driver_register(&sim_driver);
+	err = sim_add_heads();
 	if (err)
-		goto no_driver;
-	err = sim_add_devices();
+		goto no_heads;
+	err = xy3_sim_configfs_init();
 	if (!err)
 		return 0;
-	platform_driver_unregister(&sim_driver);
-no_driver:
+	sim_remove_heads();
+no_heads:
 	xy3_sim_debugfs_exit();
 	xy3_sim_tty_exit();
 	return err;
@@ -437,10 +343,11 @@ no_driver:
 
 static void __exit sim_module_exit(void)
 {
-	sim_remove_devices();
-	platform_driver_unregister(&sim_driver);
+	xy3_sim_configfs_exit();
+	sim_remove_heads();
 	xy3_sim_debugfs_exit();
 	xy3_sim_tty_exit();
+	ida_destroy(&sim_numbers);
 }
 
 module_init(sim_module_init);

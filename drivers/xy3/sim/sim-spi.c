@@ -112,7 +112,7 @@ static void sim_send(struct xy3_sim *sim, const struct spi_transfer *transfer, b
 		     bool active)
 {
 	unsigned int size = sim_word_size(transfer);
-	unsigned int nbits = min(sim_nbits(transfer), sim->config->driven_lines);
+	unsigned int nbits = min(sim_nbits(transfer), sim->config.driven_lines);
 
 	if (size == 1 && !cs_word) {
 		xy3_sim_head_bytes(sim, transfer->tx_buf, transfer->len, nbits);
@@ -131,11 +131,11 @@ static void sim_send(struct xy3_sim *sim, const struct spi_transfer *transfer, b
 /* What hardware cannot do */
 static int sim_check(const struct xy3_sim *sim, const struct spi_transfer *transfer)
 {
-	if (sim->config->max_transfer && transfer->len > sim->config->max_transfer)
+	if (sim->config.max_transfer && transfer->len > sim->config.max_transfer)
 		return -EMSGSIZE;
 	if (!transfer->len)
 		return 0;
-	if (!transfer->speed_hz || sim_nbits(transfer) > sim->config->lines)
+	if (!transfer->speed_hz || sim_nbits(transfer) > sim->config.lines)
 		return -EINVAL;
 	/* several lines go one way; on the others nobody speaks */
 	if (transfer->rx_buf && (transfer->rx_nbits != SPI_NBITS_SINGLE ||
@@ -197,7 +197,7 @@ static bool sim_message_fails(struct xy3_sim *sim)
 /* What the controller does for a mode */
 static u32 sim_mode_done(const struct xy3_sim *sim, u32 mode)
 {
-	if (sim->config->modes == XY3_SIM_MODES_CLAIMED && mode != SPI_MODE_3)
+	if (sim->config.modes == XY3_SIM_MODES_CLAIMED && mode != SPI_MODE_3)
 		return SPI_MODE_0;
 	return mode;
 }
@@ -211,7 +211,7 @@ static bool sim_wrong_edge(const struct xy3_sim *sim, u32 mode)
 	u32 done = sim_mode_done(sim, mode & SPI_MODE_X_MASK);
 	bool falling = done == SPI_MODE_1 || done == SPI_MODE_2;
 
-	return falling == sim->config->clock_inverted || mode & SPI_LSB_FIRST;
+	return falling == sim->config.clock_inverted || mode & SPI_LSB_FIRST;
 }
 
 static int sim_transfers(struct xy3_sim *sim, struct spi_message *message)
@@ -244,7 +244,7 @@ static u8 sim_pulled_down(struct xy3_sim *sim)
 /* The message is over: what becomes of the data lines? The chip select is not active. */
 static void sim_idle(struct xy3_sim *sim)
 {
-	switch (sim->config->idle) {
+	switch (sim->config.idle) {
 	case XY3_SIM_IDLE_KEEP:
 		return;
 	case XY3_SIM_IDLE_LOW:
@@ -277,7 +277,7 @@ static int sim_message(struct spi_controller *controller, struct spi_message *me
 	bool dry;
 
 	scoped_guard(mutex, &sim->lock) {
-		sim_bus_begin(&sim->bus, sim->config->turnaround_us * NSEC_PER_USEC);
+		sim_bus_begin(&sim->bus, sim->config.turnaround_us * NSEC_PER_USEC);
 		stall = sim_stall(sim);
 		message->status = sim_transfers(sim, message);
 		if (message->status) {
@@ -324,7 +324,7 @@ static size_t sim_max_transfer(struct spi_device *spi)
 {
 	struct xy3_sim *sim = spi_controller_get_devdata(spi->controller);
 
-	return sim->config->max_transfer ?: SIZE_MAX;
+	return sim->config.max_transfer ?: SIZE_MAX;
 }
 
 static int sim_setup(struct spi_device *spi)
@@ -332,7 +332,7 @@ static int sim_setup(struct spi_device *spi)
 	struct xy3_sim *sim = spi_controller_get_devdata(spi->controller);
 	u32 mode = spi->mode & SPI_MODE_X_MASK;
 
-	if (sim->config->modes == XY3_SIM_MODES_0_3 && mode != SPI_MODE_0 && mode != SPI_MODE_3)
+	if (sim->config.modes == XY3_SIM_MODES_0_3 && mode != SPI_MODE_0 && mode != SPI_MODE_3)
 		return -EINVAL;
 	return 0;
 }
@@ -416,19 +416,19 @@ static int sim_add_node(struct xy3_sim *sim)
 {
 	int err;
 
-	for (unsigned int i = 0; i < sim->config->lines; i++)
-		sim->line_map[i] = xy3_sim_signal_name(sim->config->signal[i]);
+	for (unsigned int i = 0; i < sim->config.lines; i++)
+		sim->line_map[i] = xy3_sim_signal_name(sim->config.signal[i]);
 	sim->properties[0] = PROPERTY_ENTRY_STRING_ARRAY_LEN("lasia,line-map", sim->line_map,
-							     sim->config->lines);
-	sim->properties[1] = PROPERTY_ENTRY_U32("spi-tx-bus-width", sim->config->device_lines);
-	if (sim->config->lanes) {
-		for (unsigned int i = 0; i < sim->config->lanes; i++)
+							     sim->config.lines);
+	sim->properties[1] = PROPERTY_ENTRY_U32("spi-tx-bus-width", sim->config.device_lines);
+	if (sim->config.lanes) {
+		for (unsigned int i = 0; i < sim->config.lanes; i++)
 			sim->lane_widths[i] = 1;
 		sim->properties[1] = PROPERTY_ENTRY_U32_ARRAY_LEN("spi-tx-bus-width",
 								  sim->lane_widths,
-								  sim->config->lanes);
+								  sim->config.lanes);
 	}
-	if (sim->config->clock_inverted)
+	if (sim->config.clock_inverted)
 		sim->properties[2] = PROPERTY_ENTRY_BOOL("lasia,clock-inverted");
 	snprintf(sim->node_name, sizeof(sim->node_name), "xy3-sim.%u", sim->number);
 	sim->swnode.name = sim->node_name;
@@ -442,20 +442,22 @@ static int sim_add_node(struct xy3_sim *sim)
 static int sim_add_device(struct xy3_sim *sim)
 {
 	struct spi_board_info info = {
-		.max_speed_hz = sim->config->max_speed_hz,
-		.mode = SIM_MODE | sim_device_mode(sim->config->device_lines),
+		.max_speed_hz = sim->config.max_speed_hz,
+		.mode = SIM_MODE | sim_device_mode(sim->config.device_lines),
 		.swnode = &sim->swnode,
 	};
 	struct spi_device *spi;
 
-	if (sim->config->modes == XY3_SIM_MODES_0 || sim->config->modes == XY3_SIM_MODES_0_3)
+	if (sim->config.modes == XY3_SIM_MODES_0 || sim->config.modes == XY3_SIM_MODES_0_3)
 		info.mode &= ~SPI_MODE_X_MASK;
-	if (sim->config->lsb_first)
+	if (sim->config.lsb_first)
 		info.mode |= SPI_LSB_FIRST;
 	/* a scan of one line is a word, and spidev does not let anybody choose */
-	if (sim->config->cs_word && sim->config->device_lines == 1)
+	if (sim->config.cs_word && sim->config.device_lines == 1)
 		info.mode |= SPI_CS_WORD;
-	strscpy(info.modalias, sim->config->modalias, sizeof(info.modalias));
+	/* spidev takes no device by its own name; this is one of its table in all kernels */
+	strscpy(info.modalias, strcmp(sim->config.modalias, "spidev") ? sim->config.modalias :
+		"dh2228fv", sizeof(info.modalias));
 	spi = spi_new_device(sim->controller, &info);
 	if (!spi)
 		return -ENODEV;
@@ -490,23 +492,23 @@ int xy3_sim_spi_add(struct xy3_sim *sim)
 	spi_controller_set_devdata(controller, sim);
 	controller->bus_num = -1;
 	controller->num_chipselect = 1;
-	controller->min_speed_hz = sim->config->min_speed_hz;
-	controller->max_speed_hz = sim->config->max_speed_hz;
-	controller->mode_bits = SPI_NO_CS | SPI_LSB_FIRST | sim_line_modes(sim->config->lines);
-	if (sim->config->modes != XY3_SIM_MODES_0)
+	controller->min_speed_hz = sim->config.min_speed_hz;
+	controller->max_speed_hz = sim->config.max_speed_hz;
+	controller->mode_bits = SPI_NO_CS | SPI_LSB_FIRST | sim_line_modes(sim->config.lines);
+	if (sim->config.modes != XY3_SIM_MODES_0)
 		controller->mode_bits |= SPI_CPOL | SPI_CPHA;
 	controller->bits_per_word_mask = SPI_BPW_MASK(8);
-	if (sim->config->cs_word) {
+	if (sim->config.cs_word) {
 		controller->mode_bits |= SPI_CS_WORD;
 		controller->bits_per_word_mask |= SPI_BPW_MASK(16);
-		if (sim->config->word_bits == 32)
+		if (sim->config.word_bits == 32)
 			controller->bits_per_word_mask |= SPI_BPW_MASK(24) | SPI_BPW_MASK(32);
 	}
 	controller->setup = sim_setup;
 	controller->optimize_message = sim_optimize;
 	controller->unoptimize_message = sim_unoptimize;
 	controller->max_transfer_size = sim_max_transfer;
-	if (sim->config->flash_only)
+	if (sim->config.flash_only)
 		controller->mem_ops = &sim_flash_operations;
 	else
 		controller->transfer_one_message = sim_message;

@@ -248,7 +248,7 @@ void xy3_sim_telemetry_init(struct xy3_sim *sim)
 	sim_set_array(sim, XY3_SIM_TEMPERATURES, sim_temperatures, ARRAY_SIZE(sim_temperatures));
 	sim_set_array(sim, XY3_SIM_HOURS, sim_hours, ARRAY_SIZE(sim_hours));
 	telemetry->count[XY3_SIM_ERRORS] = XY3_SIM_COMPONENTS;
-	telemetry->interval_ms = sim->config->interval_ms;
-	telemetry->sync_ms = sim->config->sync_ms;
+	telemetry->interval_ms = sim->config.interval_ms;
+	telemetry->sync_ms = sim->config.sync_ms;
 	INIT_DELAYED_WORK(&sim->work, xy3_sim_telemetry_work);
 }

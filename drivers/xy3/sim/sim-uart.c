@@ -235,8 +235,8 @@ static void sim_set_termios(struct tty_struct *tty, const struct ktermios *old)
 
 	tty->termios.c_cflag &= ~(CSIZE | CSTOPB | PARENB | CRTSCTS);
 	tty->termios.c_cflag |= CS8;
-	if (speed > sim->config->uart_max) {
-		speed = old ? tty_termios_baud_rate(old) : sim->config->uart_max;
+	if (speed > sim->config.uart_max) {
+		speed = old ? tty_termios_baud_rate(old) : sim->config.uart_max;
 		tty_encode_baud_rate(tty, speed, speed);
 	}
 	WRITE_ONCE(sim->uart.speed, speed);

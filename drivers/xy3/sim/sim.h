@@ -22,9 +22,9 @@
 #include <linux/types.h>
 #include <linux/workqueue.h>
 
+#include "sim-config.h"
+
 #define XY3_SIM_HEADS_MAX	4
-#define XY3_SIM_LINES_MAX	8
-#define XY3_SIM_AXES		5
 #define XY3_SIM_CLOCKS_MAX	32	/* clocks of a frame that are kept */
 #define XY3_SIM_GAP_CLOCKS	2	/* least time of SYNC between frames when it is a line */
 #define XY3_SIM_COMMANDS	16	/* commands that are remembered */
@@ -38,96 +38,6 @@ struct dentry;
 struct platform_device;
 struct seq_file;
 struct xy3_sim;
-
-/**
- * enum xy3_sim_modes - SPI modes of the controller
- * @XY3_SIM_MODES_ALL: 0 to 3
- * @XY3_SIM_MODES_0_3: 0 and 3; it refuses the others (spi-qcom-qspi and many that read flash)
- * @XY3_SIM_MODES_0: it has no clock phase nor polarity (spi-stm32-qspi)
- * @XY3_SIM_MODES_CLAIMED: it takes them all, and does mode 0 for 1 and 2 (spi-tegra210-quad)
- */
-enum xy3_sim_modes {
-	XY3_SIM_MODES_ALL,
-	XY3_SIM_MODES_0_3,
-	XY3_SIM_MODES_0,
-	XY3_SIM_MODES_CLAIMED,
-};
-
-/**
- * enum xy3_sim_idle - the data lines between messages, while the clock stands still
- * @XY3_SIM_IDLE_KEEP: each keeps its last level
- * @XY3_SIM_IDLE_LOW: low
- * @XY3_SIM_IDLE_HIGH: high
- * @XY3_SIM_IDLE_FLOAT: nothing drives them: each is at any level, a gate's is low
- */
-enum xy3_sim_idle {
-	XY3_SIM_IDLE_KEEP,
-	XY3_SIM_IDLE_LOW,
-	XY3_SIM_IDLE_HIGH,
-	XY3_SIM_IDLE_FLOAT,
-};
-
-/**
- * struct xy3_sim_config - what the module's parameters say, the same for all heads
- * @lines: data lines of the controller: 1, 2, 4 or 8
- * @device_lines: data lines that the SPI device is said to have
- * @signal: what each line carries, by enum xy3_sim_signal
- * @cs_word: the controller can move the chip select after each word
- * @max_speed_hz: of the controller and the device
- * @min_speed_hz: of the controller, 0 for any (the divider of spi-synquacer ends at 254)
- * @max_transfer: longest transfer in bytes, 0 for any
- * @modes: SPI modes of the controller
- * @clock_inverted: the pair of CLK is crossed, and firmware says so
- * @word_bits: longest word when @cs_word (spi-davinci and spi-orion have 16)
- * @driven_lines: data lines that transfers really use (spi-mt65xx up to 6.12: one)
- * @flash_only: no plain transfers, spi-mem only (spi-zynqmp-gqspi)
- * @lsb_first: firmware says that the lowest bit goes first
- * @lanes: lanes of one line that firmware describes, 0 for a bus width
- * @idle: the data lines between messages
- * @turnaround_us: time between two messages that follow one another
- * @uart_max: highest speed of the UART in bit/s
- * @modalias: of the SPI device
- * @realtime: transfers take the time that they take on a wire
- * @interval_ms: between rounds of telemetry, 0 for none
- * @sync_ms: between sync packets, 0 for none
- */
-struct xy3_sim_config {
-	unsigned int lines;
-	unsigned int device_lines;
-	u8 signal[XY3_SIM_LINES_MAX];
-	bool cs_word;
-	unsigned int max_speed_hz;
-	unsigned int min_speed_hz;
-	unsigned int max_transfer;
-	enum xy3_sim_modes modes;
-	bool clock_inverted;
-	unsigned int word_bits;
-	unsigned int driven_lines;
-	bool flash_only;
-	bool lsb_first;
-	unsigned int lanes;
-	enum xy3_sim_idle idle;
-	unsigned int turnaround_us;
-	unsigned int uart_max;
-	const char *modalias;
-	bool realtime;
-	unsigned int interval_ms;
-	unsigned int sync_ms;
-};
-
-/**
- * enum xy3_sim_signal - what a data line carries
- * @XY3_SIM_X: axis X; Y, Z, U and W follow
- * @XY3_SIM_SYNC: SYNC
- * @XY3_SIM_GATE: the laser's gate
- * @XY3_SIM_NONE: nothing
- */
-enum xy3_sim_signal {
-	XY3_SIM_X,
-	XY3_SIM_SYNC = XY3_SIM_AXES,
-	XY3_SIM_GATE,
-	XY3_SIM_NONE
-};
 
 /**
  * struct xy3_sim_axis - one axis of the head
@@ -467,7 +377,7 @@ struct xy3_sim_node {
 struct xy3_sim {
 	struct platform_device *pdev;
 	unsigned int number;
-	const struct xy3_sim_config *config;
+	struct xy3_sim_config config;
 	struct spi_controller *controller;
 	char spi_name[32];
 	struct property_entry properties[4];
@@ -522,8 +432,10 @@ static inline unsigned int xy3_sim_random(struct xy3_sim *sim, unsigned int belo
 }
 
 /* sim-core.c */
-int xy3_sim_parse_signals(const char *text, unsigned int lines, u8 *signal);
-const char *xy3_sim_signal_name(u8 signal);
+int xy3_sim_new_number(void);
+void xy3_sim_free_number(unsigned int number);
+struct platform_device *xy3_sim_add(const struct xy3_sim_config *config, unsigned int number);
+void xy3_sim_remove(struct platform_device *pdev);
 void xy3_sim_reset_counts(struct xy3_sim *sim);
 void xy3_sim_power_cycle(struct xy3_sim *sim);
 

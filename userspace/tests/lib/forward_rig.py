@@ -7,6 +7,7 @@ import fcntl
 import glob
 import os
 import struct
+import subprocess
 import termios
 import tty
 import case
@@ -17,6 +18,8 @@ from kernel import read_file, wait, write_file
 
 FOLDER = os.path.dirname(os.environ.get('XY3_MODULE', ''))
 DEBUGFS = '/sys/kernel/debug/xy3-sim/'
+CONFIG = '/sys/kernel/config'
+CONFIGFS = CONFIG + '/xy3-sim/'
 DRIVER = '/sys/bus/spi/drivers/xy3-spi/'
 COUNTERS = '/sys/kernel/debug/xy3-spi/'
 # lines, framing, the controller has SPI_CS_WORD
@@ -51,6 +54,36 @@ def unload_sim():
     """If it is loaded."""
     if kernel.is_loaded('xy3_sim'):
         kernel.remove_module('xy3_sim')
+
+
+class Group:
+    """A folder in configfs: a virtual head, once it is live."""
+
+    def __init__(self, name, **settings):
+        if not os.path.ismount(CONFIG):
+            subprocess.run(['mount', '-t', 'configfs', 'configfs', CONFIG], check=True)
+        self.path = CONFIGFS + name + '/'
+        os.mkdir(self.path)
+        for setting, value in settings.items():
+            self.set(setting, value)
+
+    def get(self, name):
+        return read_file(self.path + name).rstrip('\n')
+
+    def set(self, name, value):
+        write_file(self.path + name, '%s\n' % value)
+
+    def error(self, name, value):
+        return head_rig.error_name(self.set, name, value)
+
+    @property
+    def number(self):
+        return int(self.get('number'))
+
+    def remove(self):
+        """If it is there."""
+        if os.path.isdir(self.path):
+            os.rmdir(self.path)
 
 
 class Stream:
@@ -208,6 +241,18 @@ class Case(case.Case):
         forward = Forward(number)
         self.add_cleanup(forward.close)
         return forward
+
+    def group(self, name, **settings):
+        """Of a head that is not live yet."""
+        group = Group(name, **settings)
+        self.add_cleanup(group.remove)
+        return group
+
+    def head(self, name, **settings):
+        """-> the group of a virtual head that is live, its forward channel"""
+        group = self.group(name, **settings)
+        group.set('live', 1)
+        return group, self.channel(group.number)
 
     def forward(self, *arguments, **keywords):
         """A virtual head, alone."""

@@ -23,13 +23,16 @@ with open(os.path.join(TOP, 'Makefile'), encoding='ascii') as makefile:
 
 MODULES = {'hid-xhc': 'drivers/hid-xhc', 'xy3': 'drivers/xy3', 'xy3-spi': 'drivers/xy3/spi',
            'xy3-sim': 'drivers/xy3/sim'}
-SYMBOLS = ('HID', 'USB_HID', 'HWMON', 'SERIAL_DEV_BUS', 'SPI', 'IIO', 'IIO_BUFFER')
+SYMBOLS = ('HID', 'USB_HID', 'HWMON', 'SERIAL_DEV_BUS', 'SPI', 'IIO', 'IIO_BUFFER', 'CONFIGFS_FS')
 
 # What a kernel has, what it has not, and the modules that are to be there
 CASES = {
     'own realtime kernel, no IIO': (
-        ('HID', 'USB_HID', 'HWMON', 'SPI', 'SERIAL_DEV_BUS'), ('IIO', 'IIO_BUFFER'),
+        ('HID', 'USB_HID', 'HWMON', 'SPI', 'SERIAL_DEV_BUS', 'CONFIGFS_FS'),
+        ('IIO', 'IIO_BUFFER'),
         ['hid-xhc', 'xy3']),
+    'own kernel, no configfs': (
+        SYMBOLS[:-1], ('CONFIGFS_FS',), ['hid-xhc', 'xy3', 'xy3-spi']),
     'own realtime kernel, no SPI, no serdev': (
         ('HID', 'USB_HID'), ('SPI', 'SERIAL_DEV_BUS', 'IIO_BUFFER'),
         ['hid-xhc']),
