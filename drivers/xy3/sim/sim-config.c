@@ -24,10 +24,12 @@ struct xy3_sim_config xy3_sim_defaults = {
 	.lines = 1,
 	.framing = XY3_SIM_FRAMING_CS,
 	.max_speed_hz = 50000000,
+	.clock = XY3_SIM_CLOCK_ANY,
 	.modes = XY3_SIM_MODES_ALL,
 	.word_bits = 32,
 	.idle = XY3_SIM_IDLE_FLOAT,
 	.turnaround_us = 20,
+	.prepare_us = 50,
 	.driver = "xy3-sim",
 	.modalias = "xy3-100",
 	.uart_max = 4000000,
@@ -218,6 +220,14 @@ static const char * const sim_idle_names[] = {
 	[XY3_SIM_IDLE_FLOAT] = "float",
 };
 
+static const char * const sim_clock_names[] = {
+	[XY3_SIM_CLOCK_ANY] = "any",
+	[XY3_SIM_CLOCK_DIVIDED] = "divided",
+	[XY3_SIM_CLOCK_HALVED] = "halved",
+	[XY3_SIM_CLOCK_SETUP] = "setup",
+	[XY3_SIM_CLOCK_FIXED] = "fixed",
+};
+
 SIM_NUMBER(lines, 1, XY3_SIM_LINES_MAX, "Data lines of the controller: 1, 2, 4 or 8 (default: 1)");
 SIM_NUMBER(device_lines, 0, XY3_SIM_LINES_MAX,
 	   "Data lines of the SPI device (default: 0, as the controller's)");
@@ -230,6 +240,8 @@ SIM_NUMBER(word_bits, 16, 32,
 SIM_NUMBER(max_speed_hz, 1, INT_MAX, "Highest clock of the controller (default: 50000000)");
 SIM_NUMBER(min_speed_hz, 0, INT_MAX,
 	   "Lowest clock of the controller (spi-synquacer) (default: 0, any)");
+SIM_CHOICE(clock, sim_clock_names,
+	   "Clocks: any; divided (spi-bcm2835) or halved (spi-stm32) from the highest one; setup, the device's when it was set up (spi-stm32-qspi); or fixed (spi-xilinx) (default: any)");
 SIM_NUMBER(max_transfer, 0, INT_MAX, "Longest SPI transfer in bytes (default: 0, any)");
 SIM_CHOICE(modes, sim_mode_names,
 	   "SPI modes: all; 0,3 (spi-qcom-qspi); 0 (spi-stm32-qspi); or claimed: takes all, does 0 or 3 (spi-tegra210-quad) (default: all)");
@@ -244,6 +256,8 @@ SIM_CHOICE(idle, sim_idle_names,
 	   "Data lines between messages: keep, low, high or float (default: float)");
 SIM_NUMBER(turnaround_us, 0, USEC_PER_SEC,
 	   "Time between two messages that follow one another (default: 20)");
+SIM_NUMBER(prepare_us, 0, USEC_PER_SEC,
+	   "Time to prepare a message (spi-axi-spi-engine), 0 for a controller that does not (default: 50)");
 SIM_TEXT(driver, "Name of the controller's driver (default: xy3-sim)");
 SIM_TEXT(modalias, "Name of the SPI device: xy3-100, spidev, or another (default: xy3-100)");
 SIM_FLAG(realtime, "Transfers take as long as on a wire (default: no)");
@@ -267,6 +281,7 @@ struct configfs_attribute *xy3_sim_config_attrs[] = {
 	&sim_attr_word_bits,
 	&sim_attr_max_speed_hz,
 	&sim_attr_min_speed_hz,
+	&sim_attr_clock,
 	&sim_attr_max_transfer,
 	&sim_attr_modes,
 	&sim_attr_clock_inverted,
@@ -276,6 +291,7 @@ struct configfs_attribute *xy3_sim_config_attrs[] = {
 	&sim_attr_lanes,
 	&sim_attr_idle,
 	&sim_attr_turnaround_us,
+	&sim_attr_prepare_us,
 	&sim_attr_driver,
 	&sim_attr_modalias,
 	&sim_attr_realtime,

@@ -54,6 +54,22 @@ enum xy3_sim_idle {
 };
 
 /**
+ * enum xy3_sim_clock - clocks that the controller has, of those that it is asked for
+ * @XY3_SIM_CLOCK_ANY: any
+ * @XY3_SIM_CLOCK_DIVIDED: its highest one by a whole number, the next lower one (spi-bcm2835)
+ * @XY3_SIM_CLOCK_HALVED: its highest one by a power of two, the next lower one (spi-stm32)
+ * @XY3_SIM_CLOCK_SETUP: that of the device when it was set up (spi-stm32-qspi)
+ * @XY3_SIM_CLOCK_FIXED: its highest one (spi-xilinx)
+ */
+enum xy3_sim_clock {
+	XY3_SIM_CLOCK_ANY,
+	XY3_SIM_CLOCK_DIVIDED,
+	XY3_SIM_CLOCK_HALVED,
+	XY3_SIM_CLOCK_SETUP,
+	XY3_SIM_CLOCK_FIXED,
+};
+
+/**
  * enum xy3_sim_signal - what a data line carries
  * @XY3_SIM_X: axis X; Y, Z, U and W follow
  * @XY3_SIM_SYNC: SYNC
@@ -77,6 +93,7 @@ enum xy3_sim_signal {
  * @cs_word: the controller can move the chip select after each word
  * @max_speed_hz: of the controller and the device
  * @min_speed_hz: of the controller, 0 for any
+ * @clock: clocks that it has, by enum xy3_sim_clock
  * @max_transfer: longest transfer in bytes, 0 for any
  * @modes: SPI modes of the controller, by enum xy3_sim_modes
  * @clock_inverted: the pair of CLK is crossed, and firmware says so
@@ -87,6 +104,7 @@ enum xy3_sim_signal {
  * @lanes: lanes of one line that firmware describes, 0 for a bus width
  * @idle: the data lines between messages, by enum xy3_sim_idle
  * @turnaround_us: time between two messages that follow one another
+ * @prepare_us: time to prepare a message, 0 when the controller does not prepare any
  * @driver: name of the controller's driver
  * @modalias: of the SPI device
  * @realtime: transfers take the time that they take on a wire
@@ -104,6 +122,7 @@ struct xy3_sim_config {
 	bool cs_word;
 	unsigned int max_speed_hz;
 	unsigned int min_speed_hz;
+	unsigned int clock;
 	unsigned int max_transfer;
 	unsigned int modes;
 	bool clock_inverted;
@@ -114,6 +133,7 @@ struct xy3_sim_config {
 	unsigned int lanes;
 	unsigned int idle;
 	unsigned int turnaround_us;
+	unsigned int prepare_us;
 	char driver[XY3_SIM_NAME_MAX];
 	char modalias[XY3_SIM_NAME_MAX];
 	bool realtime;

@@ -15,6 +15,7 @@
 #include <linux/device.h>
 #include <linux/kernel.h>
 #include <linux/ktime.h>
+#include <linux/log2.h>
 #include <linux/math64.h>
 #include <linux/minmax.h>
 #include <linux/platform_device.h>
@@ -144,6 +145,33 @@ static int sim_check(const struct xy3_sim *sim, const struct spi_transfer *trans
 	return 0;
 }
 
+/* The clock that there is for the one that is asked for */
+static u32 sim_clock(const struct xy3_sim *sim, u32 asked)
+{
+	u32 highest = sim->config.max_speed_hz;
+	u32 divider = DIV_ROUND_UP(highest, asked);
+
+	switch ((enum xy3_sim_clock)sim->config.clock) {
+	case XY3_SIM_CLOCK_ANY:
+		return asked;
+	case XY3_SIM_CLOCK_DIVIDED:
+		return highest / divider;
+	case XY3_SIM_CLOCK_HALVED:
+		return highest / roundup_pow_of_two(divider);
+	case XY3_SIM_CLOCK_SETUP:
+		return READ_ONCE(sim->setup_hz);
+	case XY3_SIM_CLOCK_FIXED:
+		return highest;
+	}
+	return asked;
+}
+
+/* Drivers that do not look at a transfer's clock do not report the one that it had, either */
+static bool sim_clock_known(const struct xy3_sim *sim)
+{
+	return sim->config.clock != XY3_SIM_CLOCK_SETUP && sim->config.clock != XY3_SIM_CLOCK_FIXED;
+}
+
 static void sim_transfer(struct xy3_sim *sim, struct spi_device *spi,
 			 struct spi_transfer *transfer, bool last)
 {
@@ -152,7 +180,8 @@ static void sim_transfer(struct xy3_sim *sim, struct spi_device *spi,
 	u64 clocks = div_u64((u64)words * transfer->bits_per_word, sim_nbits(transfer));
 	bool cs_word = spi->mode & SPI_CS_WORD;
 	bool select = !(spi->mode & SPI_NO_CS) && !transfer->cs_off;
-	u64 ns = clocks ? sim_clocks_ns(clocks, transfer->speed_hz) : 0;
+	u32 speed = clocks ? sim_clock(sim, transfer->speed_hz) : 0;
+	u64 ns = clocks ? sim_clocks_ns(clocks, speed) : 0;
 	u64 delay = sim_delay_ns(&transfer->delay, transfer, 0);
 
 	if (!cs_word)
@@ -168,7 +197,8 @@ static void sim_transfer(struct xy3_sim *sim, struct spi_device *spi,
 	if (transfer->cs_change && !last)
 		delay += sim_delay_ns(&transfer->cs_change_delay, transfer, SIM_CS_CHANGE_NS);
 
-	transfer->effective_speed_hz = transfer->speed_hz;
+	if (sim_clock_known(sim))
+		transfer->effective_speed_hz = speed;
 	bus->transfers++;
 	bus->clocks += clocks;
 	bus->busy_ns += ns;
@@ -334,6 +364,7 @@ static int sim_setup(struct spi_device *spi)
 
 	if (sim->config.modes == XY3_SIM_MODES_0_3 && mode != SPI_MODE_0 && mode != SPI_MODE_3)
 		return -EINVAL;
+	WRITE_ONCE(sim->setup_hz, spi->max_speed_hz);
 	return 0;
 }
 
@@ -343,6 +374,7 @@ static int sim_optimize(struct spi_message *message)
 	struct xy3_sim *sim = spi_controller_get_devdata(message->spi->controller);
 
 	might_sleep();
+	fsleep(sim->config.prepare_us);
 	atomic_inc(&sim->prepared);
 	return 0;
 }
@@ -505,8 +537,10 @@ int xy3_sim_spi_add(struct xy3_sim *sim)
 			controller->bits_per_word_mask |= SPI_BPW_MASK(24) | SPI_BPW_MASK(32);
 	}
 	controller->setup = sim_setup;
-	controller->optimize_message = sim_optimize;
-	controller->unoptimize_message = sim_unoptimize;
+	if (sim->config.prepare_us) {
+		controller->optimize_message = sim_optimize;
+		controller->unoptimize_message = sim_unoptimize;
+	}
 	controller->max_transfer_size = sim_max_transfer;
 	if (sim->config.flash_only)
 		controller->mem_ops = &sim_flash_operations;

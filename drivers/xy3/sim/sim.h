@@ -355,6 +355,7 @@ struct xy3_sim_node {
  * @bus_lock_ms: for so long
  * @swnode: its software node
  * @node_name: its name
+ * @setup_hz: the device's clock when it was set up
  * @prepared: messages that the controller has been shown before they are sent, and not released yet
  * @fault: what is to go wrong; written at any time
  * @fault_count: how often it has
@@ -387,6 +388,7 @@ struct xy3_sim {
 	unsigned int bus_lock_ms;
 	struct software_node swnode;
 	char node_name[16];
+	u32 setup_hz;
 	atomic_t prepared;
 	atomic_t fault[XY3_SIM_FAULTS];
 	atomic_t fault_count[XY3_SIM_FAULTS];

@@ -83,10 +83,13 @@ class TestControllers(Case):
         """davinci and orion move the chip select by words, and have none of 24 bits."""
         self.sends('word_bits=16', 1, 'cs', 1)
 
+    @pytest.mark.parametrize('us', (0, 50, 2000))
     @pytest.mark.parametrize('lines, framing', ((4, 'line'), (2, 'cs')))
-    def test_messages_that_are_prepared(self, lines, framing):
-        """spi-axi-spi-engine sleeps to prepare a message: never under a lock, and none is left."""
-        forward = self.forward(lines, framing)
+    def test_messages_that_are_prepared(self, lines, framing, us):
+        """spi-axi-spi-engine sleeps to prepare a message: never under a lock, and none is left.
+        Most others have nothing to prepare.
+        """
+        forward = self.forward(lines, framing, more='prepare_us=%d' % us)
         one = 4 * forward.axes
         for bits, rate in ((24, 100000), (32, 50000)):
             assert forward.set('frame_bits', bits) is None
@@ -196,6 +199,27 @@ class TestControllers(Case):
         # with short frames, which have less clocks, the lowest rate is a higher one
         assert forward.set('frame_bits', 24) is None
         assert forward.number('sampling_frequency') == 10000
+        assert forward.bad_frames() == []
+
+    @pytest.mark.parametrize('clock, highest, achieved', (
+        ('divided', 30000000, 30000000 / 12 / 26),      # spi-bcm2835, spi-dw
+        ('halved', 30000000, 30000000 / 16 / 26),       # spi-stm32
+        ('setup', 5200000, 200000),                     # spi-stm32-qspi
+        ('fixed', 5200000, 200000)))                    # spi-xilinx
+    def test_clocks(self, clock, highest, achieved):
+        """The rate is that of the clock which the controller has, and it is reported."""
+        forward = self.forward(4, 'line', more='realtime=1 turnaround_us=0 clock=%s max_speed_hz=%d'
+                                               % (clock, highest))
+        assert forward.set('sampling_frequency', 100000) is None
+        count = int(achieved * 1.2)     # a mean over half a second is measured twice
+        forward.record(2 * count)
+        stream = forward.stream()
+        scans = b''.join(struct.pack('<3I', i, i, i) for i in range(count))
+        for at in range(0, len(scans), 12 * 1024):
+            stream.write(scans[at:at + 12 * 1024])
+        assert achieved * 0.98 < forward.number('achieved_frequency') < achieved * 1.01
+        stream.finish()
+        assert forward.recorded() == scans
         assert forward.bad_frames() == []
 
     def test_flash_only(self):
