@@ -23,10 +23,12 @@
  * enum xy3_defect - what a controller's driver promises and does not do
  * @XY3_DEFECT_CPHA: takes SPI mode 1, and does mode 0
  * @XY3_DEFECT_LINES: takes several data lines, and sends plain transfers on one
+ * @XY3_DEFECT_CLOCK: does not look at the clock of a transfer
  */
 enum xy3_defect {
 	XY3_DEFECT_CPHA = BIT(0),
 	XY3_DEFECT_LINES = BIT(1),
+	XY3_DEFECT_CLOCK = BIT(2),
 };
 
 /*
@@ -38,13 +40,16 @@ static const struct {
 	unsigned int defects;
 } xy3_defects[] = {
 	{ "tegra-qspi", XY3_DEFECT_CPHA },		/* spi-tegra210-quad.c */
-	{ "microchip,coreqspi", XY3_DEFECT_CPHA },	/* spi-microchip-core-qspi.c */
+	{ "microchip,coreqspi", XY3_DEFECT_CPHA | XY3_DEFECT_CLOCK },
 	{ "mxic-spi", XY3_DEFECT_CPHA | XY3_DEFECT_LINES },
 	{ "cadence-xspi", XY3_DEFECT_LINES },
 	{ "img-spfi", XY3_DEFECT_LINES },
 	{ "mtk-spi", XY3_DEFECT_LINES },		/* spi-mt65xx.c, up to 6.12 */
 	{ "spi-pci1xxxx", XY3_DEFECT_LINES },
 	{ "sprd-spi", XY3_DEFECT_LINES },
+	{ "stm32-ospi", XY3_DEFECT_CLOCK },		/* the device's, as the next one */
+	{ "stm32-qspi", XY3_DEFECT_CLOCK },
+	{ "xilinx_spi", XY3_DEFECT_CLOCK },		/* that of the FPGA's design */
 };
 
 static unsigned int xy3_defects_of(const struct spi_controller *controller)
@@ -69,6 +74,9 @@ static void xy3_warn_of_defects(const struct spi_device *spi, unsigned int lines
 	if (defects & XY3_DEFECT_LINES && lines > 1)
 		dev_warn(&spi->dev,
 			 "this controller is known to use one data line for plain transfers\n");
+	if (defects & XY3_DEFECT_CLOCK)
+		dev_warn(&spi->dev,
+			 "this controller is known to send at one clock: sampling_frequency does not change it, achieved_frequency tells what it is\n");
 }
 
 static u32 xy3_lines_of(u32 mode)

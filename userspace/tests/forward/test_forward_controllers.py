@@ -222,6 +222,12 @@ class TestControllers(Case):
         assert forward.recorded() == scans
         assert forward.bad_frames() == []
 
+    @pytest.mark.parametrize('clock, driver', (('setup', 'stm32-qspi'), ('fixed', 'xilinx_spi')))
+    def test_clock_claimed(self, clock, driver):
+        """A driver that does not look at the clock of a transfer is known by its name only."""
+        self.sim(4, 'line', more='clock=%s driver=%s' % (clock, driver))
+        assert wait(lambda: 'known to send at one clock' in log())
+
     def test_flash_only(self):
         """zynqmp-gqspi has no plain transfers."""
         self.refused('the controller has flash operations only', 'flash_only=1')
