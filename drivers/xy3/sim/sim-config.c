@@ -242,7 +242,10 @@ SIM_NUMBER(min_speed_hz, 0, INT_MAX,
 	   "Lowest clock of the controller (spi-synquacer) (default: 0, any)");
 SIM_CHOICE(clock, sim_clock_names,
 	   "Clocks: any; divided (spi-bcm2835) or halved (spi-stm32) from the highest one; setup, the device's when it was set up (spi-stm32-qspi); or fixed (spi-xilinx) (default: any)");
-SIM_NUMBER(max_transfer, 0, INT_MAX, "Longest SPI transfer in bytes (default: 0, any)");
+SIM_NUMBER(max_transfer, 0, INT_MAX,
+	   "Longest SPI transfer in bytes (spi-bcm2835) (default: 0, any)");
+SIM_NUMBER(max_message, 0, INT_MAX,
+	   "Longest SPI message in bytes (spi-bcm63xx-hsspi) (default: 0, any)");
 SIM_CHOICE(modes, sim_mode_names,
 	   "SPI modes: all; 0,3 (spi-qcom-qspi); 0 (spi-stm32-qspi); or claimed: takes all, does 0 or 3 (spi-tegra210-quad) (default: all)");
 SIM_FLAG(clock_inverted, "The pair of CLK is crossed, as the device is described (default: no)");
@@ -283,6 +286,7 @@ struct configfs_attribute *xy3_sim_config_attrs[] = {
 	&sim_attr_min_speed_hz,
 	&sim_attr_clock,
 	&sim_attr_max_transfer,
+	&sim_attr_max_message,
 	&sim_attr_modes,
 	&sim_attr_clock_inverted,
 	&sim_attr_driven_lines,

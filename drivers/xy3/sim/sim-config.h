@@ -95,6 +95,7 @@ enum xy3_sim_signal {
  * @min_speed_hz: of the controller, 0 for any
  * @clock: clocks that it has, by enum xy3_sim_clock
  * @max_transfer: longest transfer in bytes, 0 for any
+ * @max_message: longest message in bytes, 0 for any
  * @modes: SPI modes of the controller, by enum xy3_sim_modes
  * @clock_inverted: the pair of CLK is crossed, and firmware says so
  * @word_bits: longest word when @cs_word
@@ -124,6 +125,7 @@ struct xy3_sim_config {
 	unsigned int min_speed_hz;
 	unsigned int clock;
 	unsigned int max_transfer;
+	unsigned int max_message;
 	unsigned int modes;
 	bool clock_inverted;
 	unsigned int word_bits;

@@ -101,7 +101,14 @@ static u32 sim_word(const struct spi_transfer *transfer, unsigned int size, unsi
 
 	if (!data)
 		return 0;
-	return size == 1 ? ((const u8 *)data)[at] : ((const u32 *)data)[at];
+	switch (size) {
+	case 1:
+		return ((const u8 *)data)[at];
+	case 2:
+		return ((const u16 *)data)[at];
+	default:
+		return ((const u32 *)data)[at];
+	}
 }
 
 static unsigned int sim_nbits(const struct spi_transfer *transfer)
@@ -251,6 +258,8 @@ static int sim_transfers(struct xy3_sim *sim, struct spi_message *message)
 
 	if (sim_message_fails(sim))
 		return -EIO;
+	if (sim->config.max_message && message->frame_length > sim->config.max_message)
+		return -EMSGSIZE;
 	list_for_each_entry(transfer, &message->transfers, transfer_list) {
 		err = sim_check(sim, transfer);
 		if (err)
@@ -355,6 +364,13 @@ static size_t sim_max_transfer(struct spi_device *spi)
 	struct xy3_sim *sim = spi_controller_get_devdata(spi->controller);
 
 	return sim->config.max_transfer ?: SIZE_MAX;
+}
+
+static size_t sim_max_message(struct spi_device *spi)
+{
+	struct xy3_sim *sim = spi_controller_get_devdata(spi->controller);
+
+	return sim->config.max_message ?: SIZE_MAX;
 }
 
 static int sim_setup(struct spi_device *spi)
@@ -542,6 +558,7 @@ int xy3_sim_spi_add(struct xy3_sim *sim)
 		controller->unoptimize_message = sim_unoptimize;
 	}
 	controller->max_transfer_size = sim_max_transfer;
+	controller->max_message_size = sim_max_message;
 	if (sim->config.flash_only)
 		controller->mem_ops = &sim_flash_operations;
 	else

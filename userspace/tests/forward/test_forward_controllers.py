@@ -237,7 +237,33 @@ class TestControllers(Case):
         self.refused('the controller takes 17 bytes at a time, a scan has up to 18',
                      'max_transfer=17')
         unload_sim()
+        self.refused('the controller takes 17 bytes at a time, a scan has up to 18',
+                     'max_message=17')
+        unload_sim()
         self.sends('max_transfer=18')
+
+    @pytest.mark.parametrize('limit', ('max_transfer=100', 'max_message=510', 'max_message=70'))
+    @pytest.mark.parametrize('lines, framing, cs_word',
+                             ((4, 'line', 0), (4, 'cs', 0), (1, 'cs', 1)))
+    def test_short_blocks(self, lines, framing, cs_word, limit):
+        """spi-bcm63xx-hsspi takes 510 bytes in a message, spi-amd 70: a stream goes in as many as
+        that makes.
+        """
+        forward = self.forward(lines, framing, cs_word, more=limit)
+        for bits in (24, 32):
+            assert forward.set('frame_bits', bits) is None
+            forward.set_sim('reset', 'counts')
+            forward.record(10000)
+            stream = forward.stream()
+            scans = b''.join(struct.pack('<I', i) * forward.axes for i in range(1, 3001))
+            for at in range(0, len(scans), 1200 * forward.axes):
+                stream.write(scans[at:at + 1200 * forward.axes])
+            write_file(forward.head + 'calibrate', 'x')
+            stream.finish()
+            assert forward.recorded() == scans
+            assert wait(lambda: len(forward.codes()) == 1)
+            assert forward.sim_number('bus', 'failed_messages') == 0
+        assert forward.bad_frames() == []
 
     def test_lowest_bit_first(self):
         """Firmware cannot turn the head's bits round."""

@@ -20,6 +20,7 @@ from kernel import read_file, wait, write_file
 SIM = os.path.dirname(os.environ.get('XY3_MODULE', '')) + '/sim/xy3-sim.ko'
 DEBUGFS = '/sys/kernel/debug/xy3-sim/0/'
 SPI_IOC_RD_MODE32, SPI_IOC_WR_MODE32 = 0x80046b05, 0x40046b05
+SPI_IOC_MESSAGE_1 = 0x40206b00
 SPI_MODE_1, SPI_MODE_3, SPI_TX_QUAD = 1, 3, 0x200
 CALIBRATE, REFERENCE = 0xc0000, 0x20000
 # lines, framing, signals as the library requires them
@@ -269,6 +270,41 @@ class TestLimits(Case):
         self.assert_received(scans)
         # the SPI core has cut messages into transfers that the controller takes
         assert int(self.sim('bus')['transfers']) >= 1000 * 13 // 100
+
+
+class TestWords(Case):
+    """Without the library: words that it does not send."""
+
+    def send(self, fd, data, bits=8):
+        """A transfer on IO0."""
+        buffer = ctypes.create_string_buffer(data, len(data))
+        fcntl.ioctl(fd, SPI_IOC_MESSAGE_1,
+                    struct.pack('QQIIHBBBBBB', ctypes.addressof(buffer), 0, len(data), 1000000, 0,
+                                bits, 0, 1, 0, 0, 0))
+
+    def open(self, more):
+        fd = os.open(self.head(2, 'cs', more), os.O_RDWR)
+        self.add_cleanup(os.close, fd)
+        return fd
+
+    @pytest.mark.parametrize('bits, code', ((8, 'I'), (16, 'H'), (32, 'I')))
+    def test_sizes(self, bits, code):
+        """In memory a word is as the processor has it, on the wire its highest bit is the first."""
+        fd = self.open('cs_word=1')
+        for position in (1, 0x155aa33, 0x2aa55cc):
+            frame = 0xc0000000 | position << 4 | bin(position).count('1') & 15
+            words = [frame >> at & (1 << bits) - 1 for at in range(32 - bits, -1, -bits)]
+            self.send(fd, bytes(words) if bits == 8 else struct.pack('%d%s' % (32 // bits, code),
+                                                                     *words), bits)
+            assert read_file(DEBUGFS + 'positions').split()[:3] == ['x', str(position), '26']
+
+    def test_zeros(self):
+        """In 24 clocks they are an idle line, in 32 a frame that is too long."""
+        fd = self.open('')
+        self.send(fd, bytes(3))
+        assert (self.sim('idle')['x'], self.sim('length_errors')['x']) == ('1', '0')
+        self.send(fd, bytes(4))
+        assert (self.sim('idle')['x'], self.sim('length_errors')['x']) == ('1', '1')
 
 
 class TestErrors(Case):
