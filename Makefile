@@ -90,7 +90,8 @@ $(addprefix install-,$(SIMULATORS)): install-%:
 
 # The display of a pendant for LinuxCNC, and a configuration to copy
 install-linuxcnc:
-	install -D -m 644 -t $(DESTDIR)$(PREFIX)/lib/$(NAME)/xhc_dro userspace/linuxcnc/xhc_dro/*.py
+	install -D -m 644 -t $(DESTDIR)$(PREFIX)/lib/$(NAME)/xhc_dro \
+		$(addprefix userspace/linuxcnc/xhc_dro/*.,py keys)
 	install -D -m 755 -t $(DESTDIR)$(PREFIX)/lib/$(NAME) userspace/linuxcnc/xhc-dro
 	install -D -m 644 -t $(DESTDIR)$(PREFIX)/share/man/man1 userspace/linuxcnc/xhc-dro.1
 	install -D -m 644 -t $(DESTDIR)$(PREFIX)/share/$(NAME)/linuxcnc \

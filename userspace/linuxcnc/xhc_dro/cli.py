@@ -2,6 +2,7 @@
 """The command line of xhc-dro."""
 
 import argparse
+import re
 import signal
 import sys
 
@@ -9,6 +10,7 @@ from . import VERSION
 from .component import MODELS, Component
 
 FAILURE = 1
+HALUI_DIES = re.compile(r'2\.9\.[56]\b')
 
 
 def say(text):
@@ -26,10 +28,10 @@ def parser():
     words = argparse.ArgumentParser(
         prog='xhc-dro', description="LinuxCNC's positions on the display of an XHC pendant, "
         'and what its keys do by MDI: a HAL component, to be started by loadusr.')
-    words.add_argument('-i', '--input', metavar='FILE',
-                       help='HAL file to run when the pendant has come; it loads hal_input')
     words.add_argument('-m', '--model', choices=sorted(MODELS), default='hb04',
-                       help='whose pins it has (default: hb04, which an HB03 has, too)')
+                       help='the model of the pendant (default: hb04, which is for an HB03, too)')
+    words.add_argument('-n', '--name', default='xhc-dro',
+                       help='of the component and its pins (default: xhc-dro)')
     words.add_argument('-p', '--phys', metavar='PHYS',
                        help='the pendant whose HID_PHYS this is (default: the first)')
     words.add_argument('-u', '--unit', metavar='LENGTH', type=positive,
@@ -53,9 +55,12 @@ def main(arguments=None):
         return FAILURE
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, stop)
+    if HALUI_DIES.match(linuxcnc.version):
+        say('halui of LinuxCNC %s does nothing any more after an MDI_COMMAND of [HALUI]: another '
+            'version is required for keys that stop' % linuxcnc.version)
     try:
         component = Component(hal, linuxcnc, options, say)
-    except hal.error as error:
+    except (hal.error, OSError, ValueError) as error:
         say(str(error))
         return FAILURE
     try:

@@ -1,118 +1,175 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """The component: its pins, and what it does over and over."""
 
+import os
 import time
 
-from . import whb04b
-from .display import AXES, Display, find
+from . import keys, whb04b
+from .display import Display, find
 from .display import texts as hb_texts
-from .input import Input
+from .events import Events
 from .macros import ACTIONS, OWNERS, Macros
-from . import steps
+from .wheel import AXES, JOGS, MODES, Wheel
 
-TURN = 0.05             # seconds: twenty times a second, as often as the display takes frames
+TURN = 0.02             # seconds
 SEARCH = 0.25           # seconds between two looks for a pendant that is not there
+UDEV_TIME = 5.0         # seconds until the group may read, at the latest
+PATIENCE = 0.5          # seconds, see the pin
 
-POSITIONS = tuple('%s-%s' % (system, axis) for system in ('work', 'machine') for axis in AXES)
-FLOATS = POSITIONS + ('feed-override', 'spindle-override', 'velocity', 'spindle-speed')
-SELECTED = tuple('select-' + axis for axis in AXES + 'a')
-BITS = ('running', 'paused', 'inch') + steps.KEYS + SELECTED
-KEYS = ACTIONS + OWNERS
-RESULTS = ('connected', 'heartbeat')
+FLOATS_IN = tuple('%s-%s' % (system, axis) for system in ('work', 'machine') for axis in AXES) + (
+    'feed-override', 'spindle-override', 'velocity', 'spindle-speed', 'max-velocity',
+    'max-angular-velocity', 'patience')
+BITS_IN = ('running', 'paused', 'inch', 'reset', 'show-machine')
+# the selector's positions, from button 31 on
+SELECTOR = dict(zip(('x', 'y', 'z', 'a', 'feed', 'spindle', 'b', 'c'), range(31, 39)))
+BITS_OUT = ('connected', 'heartbeat', 'detents') + JOGS + tuple(
+    'mode-' + mode for mode in MODES) + tuple('select-' + name for name in SELECTOR)
+FLOATS_OUT = ('step', 'jog-speed') + tuple('step-' + axis for axis in AXES)
+NUMBERS_OUT = ('wheel', 'rotary')
 
 
 def texts(values, options, display):
     return hb_texts(values, options.unit or values['unit'], display.available)
 
 
-def runs(_name, _values):
-    return True
-
-
-# Of a model: pins that are floats, pins that are bits, the text that attributes take, whether a key
-# runs its macro, and what makes a jog of the wheel's counts
-MODELS = {'hb04': (FLOATS, BITS, texts, runs, None),
-          'whb04b': (whb04b.FLOATS + whb04b.LIMITS, whb04b.BITS, whb04b.texts, whb04b.runs,
-                     whb04b.Wheel)}
+# Of a model: the text that attributes take, and whether a second rotary has the steps
+MODELS = {'hb04': (texts, False), 'whb04b': (whb04b.texts, True)}
 
 
 class Component:
     """Made of the modules `hal` and `linuxcnc`, so that a test can bring its own."""
 
     def __init__(self, hal, linuxcnc, options, say, **where):
-        self.hal = hal
         self.options = options
         self.say = say
         self.where = where
-        self.floats, self.bits, self.texts, self.runs, wheel = MODELS[options.model]
-        self.wheel = wheel() if wheel else None
-        self.steps = None if wheel else steps.Steps(linuxcnc)
-        self.pins = hal.component('xhc-dro')
-        for name in self.floats:
-            self.pins.newpin(name, hal.HAL_FLOAT, hal.HAL_IN)
-        for name in self.bits + KEYS:
-            self.pins.newpin(name, hal.HAL_BIT, hal.HAL_IN)
-        for name in RESULTS:
-            self.pins.newpin(name, hal.HAL_BIT, hal.HAL_OUT)
-        if self.steps:
-            self.pins.newpin('step', hal.HAL_FLOAT, hal.HAL_OUT)
-            self.pins['step'] = self.steps.lengths[0]
-        if self.wheel:
-            for name in whb04b.NUMBERS:
-                self.pins.newpin(name, hal.HAL_S32, hal.HAL_IN)
-            self.pins.newpin('jog-speed', hal.HAL_FLOAT, hal.HAL_OUT)
-            for name in whb04b.JOG_BITS:
-                self.pins.newpin(name, hal.HAL_BIT, hal.HAL_OUT)
-        self.input = Input(options.input, hal, say) if options.input else None
+        self.texts, has_rotary = MODELS[options.model]
+        self.tables = keys.shipped()
+        self.table = self._owners_table(linuxcnc)
+        self.wheel = Wheel(linuxcnc, has_rotary)
         self.macros = Macros(linuxcnc, say)
-        self.down = dict.fromkeys(KEYS, True)       # a key that is down at the start runs nothing
         self.display = None
+        self.events = None
+        self.keys = None
         self.next_search = 0.0
+        self.found_at = None
+        self.key_names = keys.names([*self.tables.values(), self.table or {}])
+        self.pins = hal.component(options.name)
+        for kind, direction, names in (
+                (hal.HAL_FLOAT, hal.HAL_IN, FLOATS_IN), (hal.HAL_BIT, hal.HAL_IN, BITS_IN),
+                (hal.HAL_BIT, hal.HAL_OUT, BITS_OUT), (hal.HAL_FLOAT, hal.HAL_OUT, FLOATS_OUT),
+                (hal.HAL_S32, hal.HAL_OUT, NUMBERS_OUT),
+                (hal.HAL_BIT, hal.HAL_OUT, ['key-' + name for name in self.key_names])):
+            for name in names:
+                self.pins.newpin(name, kind, direction)
+        self.pins['step'] = self.wheel.lengths[0]
+        self.pins['patience'] = PATIENCE
+        self.last_turn = time.monotonic()
         self.pins.ready()
+
+    @staticmethod
+    def _owners_table(linuxcnc):
+        """[XHC]KEYS of the ini; None without it"""
+        ini = os.environ.get('INI_FILE_NAME')
+        name = linuxcnc.ini(ini).find('XHC', 'KEYS') if ini else None
+        return keys.read(keys.find(name, os.path.dirname(ini))) if name else None
 
     def turn(self):
         """One round. The pin `connected` comes first: a wheel that is gone must not jog."""
+        now = time.monotonic()
+        if now - self.last_turn > self.pins['patience']:
+            # HAL has stopped what moved: what was turned and pressed meanwhile does nothing
+            self._close_events()
+            self.next_search = now
+        self.last_turn = now
         self._look_for_pendant()
-        path = self.display.path if self.display else None
-        works = self.input.works_for(path) if self.input else path is not None
+        detents = self._read()
+        works = self.events is not None
         self.pins['connected'] = works
         self.pins['heartbeat'] = not self.pins['heartbeat']
-        # keys before Fn, which is down first
-        down = {name: bool(self.pins[name]) for name in KEYS}
-        values = {name: self.pins[name] for name in self.floats + self.bits}
-        self._look_at_keys(down, values, works)
-        if self.steps:
-            self.pins['step'] = values['step'] = self.steps.turn(values, works)
-            values['unit'] = self.steps.unit
-            values['inch'] = values['inch'] or self.steps.inch
-        if self.wheel:
-            values.update({name: self.pins[name] for name in whb04b.NUMBERS})
-            values.update(self.wheel.turn(values, works, time.monotonic()))
-            for name in ('jog-speed', *whb04b.JOG_BITS):
-                self.pins[name] = values[name]
+        down = self.events.down if works else set()
+        selected = [name for name, number in SELECTOR.items() if number in down]
+        axis = selected[0] if len(selected) == 1 and selected[0] in AXES else None
+        self._look_at_keys(down, axis)
+        rotary = self.events.rotary if works else 0
+        found = self.wheel.turn(detents, axis, rotary, (
+            self.pins['max-velocity'], self.pins['max-angular-velocity']), now)
+        found['rotary'] = rotary
+        found.update({'select-' + name: name in selected for name in SELECTOR})
+        for name, value in found.items():
+            self.pins[name] = value
+        self.pins['wheel'] += detents
         if self.display:
+            values = {name: self.pins[name] for name in FLOATS_IN + BITS_IN}
+            values.update(found)
+            values['unit'] = self.wheel.unit
+            values['inch'] = values['inch'] or self.wheel.inch
             self.display.show(self.texts(values, self.options, self.display))
 
-    def _look_at_keys(self, down, values, works):
-        axis = next((name[-1].upper() for name in values
-                     if name.startswith('select-') and values[name]), None)
-        for name in KEYS:
-            if works and down[name] and not self.down[name] and self.runs(name, values):
-                self.macros.start(name, axis)
-        self.down = down
-        if not works:
+    def _look_at_keys(self, down, axis):
+        pressed = []
+        if self.events:
+            pressed = self.keys.turn({number for number in down if number <= keys.LAST})
+        else:
             self.macros.drop()
+        for name in self.key_names:
+            self.pins['key-' + name] = bool(self.events) and self.keys.is_down(name)
+        for name in pressed:
+            self.wheel.press(name)
+            if name in ACTIONS + OWNERS:
+                self.macros.start(name, axis)
         self.macros.turn()
 
     def _look_for_pendant(self):
         if self.display and not self.display.there():
-            self.display.close()
-            self.display = None
-        if not self.display and time.monotonic() >= self.next_search:
-            self.next_search = time.monotonic() + SEARCH
+            self._lose()
+        if (self.display and self.events) or time.monotonic() < self.next_search:
+            return
+        self.next_search = time.monotonic() + SEARCH
+        if not self.display:
             path = find(self.options.phys, **self.where)
-            if path:
-                self.display = Display(path, self.say)
+            if not path:
+                return
+            self.display = Display(path, self.say)
+            self.found_at = time.monotonic()
+        self._open_events()
+
+    def _open_events(self):
+        try:
+            self.events = Events(self.display.path)
+        except OSError as error:
+            if self.found_at and time.monotonic() > self.found_at + UDEV_TIME:
+                self.say('%s: %s' % (self.display.path, error.strerror))
+                self.found_at = None        # once
+            return
+        table = self.table or self._table_of(self.display.path)
+        self.keys = keys.Keys(table, self.events.down)
+
+    def _table_of(self, path):
+        """The names in sysfs are bus:vendor:product.number."""
+        product = os.path.basename(path)[10:14]
+        default = 'whb04b' if self.wheel.has_rotary else 'hb04-18'
+        return self.tables[keys.TABLES.get(product, default)]
+
+    def _read(self):
+        """-> detents"""
+        if not self.events:
+            return 0
+        try:
+            return self.events.read()
+        except OSError:
+            self._close_events()
+            return 0
+
+    def _close_events(self):
+        if self.events:
+            self.events.close()
+            self.events = None
+
+    def _lose(self):
+        self._close_events()
+        self.display.close()
+        self.display = None
 
     def run(self):
         while True:
@@ -120,11 +177,10 @@ class Component:
             time.sleep(TURN)
 
     def end(self):
-        """Whatever happens, nothing is left that says the pendant may jog."""
+        """Whatever happens, nothing is left that shows the pendant may jog."""
         self.pins['connected'] = False
-        if self.wheel:
-            for name in whb04b.JOGS:
-                self.pins[name] = False
+        for name in JOGS:
+            self.pins[name] = False
         if self.display:
-            self.display.close()
+            self._lose()
         self.pins.exit()

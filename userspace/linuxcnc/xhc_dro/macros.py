@@ -4,7 +4,8 @@
 import math
 import os
 
-ACTIONS = ('safe-z', 'goto-zero', 'zero', 'half')
+ACTIONS = ('safe-z', 'goto-zero', 'zero', 'half', *(
+    '%s-%s' % (name, axis) for name in ('zero', 'half') for axis in 'xyzabc'))
 MACROS = tuple('macro-%d' % number for number in range(1, 17))
 OWNERS = ('probe-z', 'rewind') + MACROS
 AXES = 'XYZABC'
@@ -91,10 +92,12 @@ def lines(name, state, axis, owners):
         if not owners[name]:
             raise ValueError('[XHC]%s is not in the ini' % name.upper().replace('-', '_'))
         return list(owners[name])
-    if name in ('zero', 'half'):
+    action, _, letter = name.partition('-')
+    if action in ('zero', 'half'):
+        axis = (letter or axis or '').upper()
         if axis not in state.axes:
-            raise ValueError('no axis is selected')
-        value = state.work_position(axis) / 2 if name == 'half' else 0
+            raise ValueError('there is no axis ' + axis if letter else 'no axis is selected')
+        value = state.work_position(axis) / 2 if action == 'half' else 0
         return ['G10 L20 P0 ' + state.word(axis, value)]
     if 'Z' not in state.axes:
         raise ValueError('there is no axis Z')

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""An HB04 added by one HALFILE line to configurations that others made: Debian's samples, and those
-that its stepconf and pncconf write. The wheel moves the joints before homing, and the axes
-afterwards. See test_linuxcnc.py.
+"""A pendant added by one HALFILE line to configurations that others made: Debian's samples, and
+those that its stepconf and pncconf write. The wheel moves the joints before homing, and the axes
+afterwards. And what [XHC] of the ini changes. See test_linuxcnc.py.
 """
 
 import os
@@ -17,15 +17,17 @@ from halcmd import USER, Halcmd
 import rig
 from rig import find
 import test_linuxcnc
-from test_linuxcnc import ENVIRONMENT, HOME, PATIENCE, is_true, pin
+from test_linuxcnc import ENVIRONMENT, HOME, NEAR, PATIENCE, is_true, pin
 
 SAMPLES = '/usr/share/doc/linuxcnc/examples/sample-configs/sim'
 with open(os.path.join(os.path.dirname(os.path.realpath(__file__)), 'wizard.py'),
           encoding='ascii') as wizard_file:
     WIZARD = wizard_file.read()     # see setup_module
 CONFIG = HOME + '/machine'
-ADDED = 'HALFILE = %s/xhc-hb04.tcl\n' % test_linuxcnc.COPY
+ADDED = 'HALFILE = %s/xhc-%%s.tcl\n' % test_linuxcnc.COPY
 XYZ = {'x': (0,), 'y': (1,), 'z': (2,)}
+XYZABC = {axis: (number,) for number, axis in enumerate('xyzabc')}
+SECOND = 'usb-of-the-second/input0'
 
 setup_module = test_linuxcnc.setup_module
 
@@ -46,7 +48,7 @@ def written_by(wizard):
 class Machine(test_linuxcnc.Mill):
     """LinuxCNC with a copy of `folder`, whose `ini` gets one line more."""
 
-    def __init__(self, folder, ini, more=''):
+    def __init__(self, folder, ini, more='', model='hb04'):
         shutil.rmtree(HOME, ignore_errors=True)
         shutil.copytree(folder, CONFIG, ignore_dangling_symlinks=True)
         with open(CONFIG + '/more.hal', 'w', encoding='ascii') as file:
@@ -62,7 +64,7 @@ class Machine(test_linuxcnc.Mill):
         text = re.sub(r'(?m)^ *HALFILE *= *axis_manualtoolchange.hal *\n', '', text)
         last = [match.end() for match in re.finditer(r'(?m)^ *HALFILE *=.*\n', text)][-1]
         with open(path, 'w', encoding='utf-8') as file:
-            file.write(text[:last] + 'HALFILE = more.hal\n' + ADDED + text[last:])
+            file.write(text[:last] + 'HALFILE = more.hal\n' + ADDED % model + text[last:])
         subprocess.run(['chown', '-R', 'nobody:dialout', HOME], check=True)
         self.log = open(HOME + '/log', 'w+', encoding='utf-8', errors='replace')
         environment = {**ENVIRONMENT, 'PATH': '%s:%s' % (test_linuxcnc.COPY, ENVIRONMENT['PATH'])}
@@ -75,16 +77,17 @@ class Machine(test_linuxcnc.Mill):
             self.halcmd = Halcmd(env=environment)
 
     @classmethod
-    def of_our_own(cls, more):
-        """The simulated mill without a pendant, and without halui"""
+    def of_our_own(cls, more='', settings='', **texts):
+        """The simulated mill without a pendant, and without halui; with `settings` in [XHC]"""
         folder = '/run/own'
         shutil.rmtree(folder, ignore_errors=True)
         shutil.copytree(test_linuxcnc.COPY, folder)
         with open(folder + '/xhc-hb04.ini', encoding='ascii') as file:
             text = file.read()
-        for line in ('HALFILE = xhc-hb04.tcl\n', 'HALUI = halui\n'):
-            assert text.count(line) == 1
-            text = text.replace(line, '')
+        for old, new in (('HALFILE = xhc-hb04.tcl\n', ''), ('HALUI = halui\n', ''),
+                         ('[XHC]\n', '[XHC]\n' + settings), *texts.items()):
+            assert text.count(old) == 1
+            text = text.replace(old, new)
         with open(folder + '/xhc-hb04.ini', 'w', encoding='ascii') as file:
             file.write(text)
         return cls(folder, 'xhc-hb04.ini', more)
@@ -98,21 +101,22 @@ class Case(test_linuxcnc.Case):
     def set_up(self):
         rig.Case.set_up(self)
 
-    def start(self, machine):
+    def start(self, machine, pendant=None):
         assert machine.halcmd, machine.said()
         # its helpers ask the mill of the other file's class
         Case.mill = test_linuxcnc.Case.mill = machine
-        Case.pendant = rig.Rig()
+        Case.pendant = test_linuxcnc.Case.pendant = pendant or rig.Rig()
         self.add_cleanup(self.end)
         self.come()
         self.be_patient()
 
     def select(self, name):
         super().select(name)
-        self.mill.wait(lambda: is_true('xhc.on-a.and') == (name == 'a'))
+        for axis in 'abc':
+            self.mill.wait(lambda: is_true('xhc.on-%s.and' % axis) == (name == axis))
 
-    def moves(self, axis, pins):
-        """The wheel moves these pins, and no other joint"""
+    def moves(self, axis, pins, length=0.1):
+        """The wheel moves these pins by this for each detent, and no other joint"""
         self.select(axis)
         joints = ['joint.%d.pos-fb' % number for number in range(9)
                   if not self.missing('joint.%d.pos-fb' % number)]
@@ -123,7 +127,7 @@ class Case(test_linuxcnc.Case):
 
         def came():
             way = {name: float(pin(name)) - before[name] for name in watched}
-            return all(abs(way[name] - (0.1 * detents if name in pins else 0)) < 1e-3
+            return all(abs(way[name] - (length * detents if name in pins else 0)) < 1e-3
                        for name in watched)
 
         self.mill.wait(came)
@@ -134,19 +138,19 @@ class Case(test_linuxcnc.Case):
         return test_linuxcnc.seen([name])[name] is None
 
     def works(self, joints, step='0.001'):
-        """`joints`: {axis: numbers}. LinuxCNC lets no wheel move joints that are homed together
-        before they are.
+        """`joints`: {axis: numbers}; `step`: the first of an HB04. LinuxCNC lets no wheel move
+        joints that are homed together before they are.
         """
         self.mill.switch_on()
-        assert pin('xhc-dro.step') == step
-        self.step('0.1')
+        if step:
+            assert pin('xhc-dro.step') == step
+            self.step('0.1')
         for axis, numbers in joints.items():
             if len(numbers) == 1:
                 with row(axis=axis):
                     self.moves(axis, {'joint.%d.pos-fb' % number for number in numbers})
         last = max(number for numbers in joints.values() for number in numbers)
-        self.mill.click('home-all', 'joint.%d.is-homed' % last, seconds=PATIENCE)
-        self.mill.wait(lambda: is_true('halui.mode.is-teleop'))
+        self.mill.home(last)
         for axis, numbers in joints.items():
             with row(homed=axis):
                 self.moves(axis, {'joint.%d.pos-fb' % number for number in numbers})
@@ -169,7 +173,136 @@ class TestAdded(Case):
         self.start(Machine(written_by(name), 'mill.ini'))
         self.works(XYZ, step)
 
+    def whb04b(self, machine, joints):
+        """The second rotary has the step."""
+        pendant = rig.Rig('WHB04B')
+        self.start(machine, pendant)
+        pendant.device.turn_feed(pendant.device.model.feed['10%'])
+        self.mill.wait(lambda: pin('xhc-dro.step') == '0.1')
+        self.works(joints, None)
+
+    @pytest.mark.parametrize('name', ['stepconf', 'pncconf'])
+    def test_whb04b_and_wizard(self, name):
+        """pncconf links pins of halui to signals that nothing writes."""
+        self.whb04b(Machine(written_by(name), 'mill.ini', model='whb04b'), XYZ)
+
+    @pytest.mark.parametrize('name, joints', [('axis/axis_9axis.ini', XYZABC),
+                                              ('axis/lathe.ini', {'x': (0,), 'z': (1,)})])
+    def test_whb04b_and_samples(self, name, joints):
+        folder, _, ini = name.rpartition('/')
+        self.whb04b(Machine(SAMPLES + '/' + folder, ini, model='whb04b'), joints)
+
+    def test_other_kinematics(self):
+        """Two motors move X and Y together: nothing moves before homing, and then the axis."""
+        self.start(Machine.of_our_own(**{'KINEMATICS = trivkins': 'KINEMATICS = corexykins'}))
+        self.mill.switch_on()
+        self.step('0.1')
+        self.select('x')
+        self.before = int(pin('xhc-dro.wheel'))
+        self.turn(3)
+        self.counted(3)
+        self.finish_cycle()
+        assert all(float(pin('joint.%d.pos-fb' % number)) == 0 for number in range(3))
+        self.mill.home(2)
+        self.moves('x', {'joint.0.pos-fb', 'joint.1.pos-fb'})
+
     def test_what_is_wired_already(self):
-        machine = Machine.of_our_own('net mpg => axis.x.jog-counts\n')
+        machine = Machine.of_our_own(
+            'net mpg iocontrol.0.tool-prep-number => axis.x.jog-counts\n')
         assert find.wait(lambda: machine.process.poll() is not None, PATIENCE)
         assert 'axis.x.jog-counts is wired to mpg already' in machine.said()
+
+
+class TestSettings(Case):
+    def test_scale_filter_and_acceleration(self):
+        self.start(Machine.of_our_own(settings=(
+            'SCALE_X = -2\nFILTER = 0.02\nFILTER_Y = 0.5\nACCELERATION_Z = 0.25\n')))
+        for name, value in (('axis.z.jog-accel-fraction', 0.25), ('axis.x.jog-accel-fraction', 1),
+                            ('joint.2.jog-accel-fraction', 0.25)):
+            assert float(pin(name)) == value
+        assert float(self.mill.halcmd.run('getp xhc.smooth-y.gain')) == 0.5
+        assert float(self.mill.halcmd.run('getp xhc.smooth-z.gain')) == 0.02
+        self.mill.switch_on()
+        self.step('0.1')
+        for _ in range(2):
+            self.moves('x', {'joint.0.pos-fb'}, -0.2)
+            self.moves('y', {'joint.1.pos-fb'})
+            self.moves('z', {'joint.2.pos-fb'})
+            self.mill.home(2)
+
+    def test_velocity_and_continuous(self):
+        """MPG: motion ends with the wheel's. Continuous: it goes on while the wheel turns."""
+        with open('/run/mine.keys', 'w', encoding='ascii') as file:
+            file.write('03 mode\n09 home\n0d step-up\n')
+        self.start(Machine.of_our_own(settings='MODE = mpg\nSTEPS = 1 10\nKEYS = /run/mine.keys\n'))
+        self.mill.switch_on()
+        self.mill.home(2)
+        assert all(is_true(name + '.jog-vel-mode') for name in ('axis.x', 'joint.2', 'axis.z'))
+        self.select('x')
+        self.step('10')
+        start = float(pin('joint.0.pos-fb'))
+        self.turn(15)               # 150 mm, were it not for the mode
+        self.mill.wait(lambda: float(pin('joint.0.pos-fb')) > start)
+        self.rests()
+        assert float(pin('joint.0.pos-fb')) < start + 100
+        self.press('Rewind', lambda: is_true('xhc-dro.mode-step'))
+        self.press('Rewind', lambda: is_true('xhc-dro.mode-continuous'))
+        assert not is_true('axis.x.jog-vel-mode')
+        self.step('1')
+        before = float(pin('joint.0.pos-fb'))
+
+        def fast():
+            self.turn(-1)
+            return abs(float(pin('motion.current-vel')) - 25) < 0.01     # half of 50
+
+        self.mill.wait(fast)
+        self.rests()
+        assert float(pin('joint.0.pos-fb')) < before
+
+    def rests(self):
+        def same():
+            place = pin('joint.0.pos-fb')
+            self.finish_cycle()
+            return self.still() and pin('joint.0.pos-fb') == place
+
+        self.mill.wait(same)
+
+    @pytest.mark.parametrize('model, settings, step_key', [
+        ('HB04', 'KEYS = hb04-16.keys\n', 13), ('HB03', '', 14)])
+    def test_keys_by_a_table(self, model, settings, step_key):
+        """An HB04 with 16 keys, and an HB03, which is found out: Home, step, X/2= and X=0"""
+        self.start(Machine.of_our_own(settings=settings), rig.Rig(model))
+        self.mill.switch_on()
+        self.hold(5, lambda: is_true('halui.joint.2.is-homed'))
+        self.mill.wait(lambda: is_true('halui.mode.is-teleop'))
+        self.hold(step_key, lambda: pin('xhc-dro.step') == '0.01')
+        self.moves('x', {'joint.0.pos-fb'}, 0.01)
+        for number, place in ((6, 0.015), (9, 0)):
+            self.hold(number, lambda: abs(float(
+                pin('halui.axis.x.pos-relative')) - place) < NEAR)
+            self.mill.wait(lambda: is_true('halui.mode.is-manual'))
+        assert abs(float(pin('joint.0.pos-fb')) - 0.03) < NEAR
+
+    def hold(self, number, done):
+        device = self.pendant.device
+        device.press(number)
+        self.mill.wait(done)
+        device.release(number)
+        self.mill.wait(lambda: not test_linuxcnc.keys_down())
+        self.finish_cycle()
+
+    def test_two_pendants(self):
+        """The first moves nothing and shows nothing; the second does."""
+        first = rig.Rig()
+        self.plug_rig(first)
+        self.start(Machine.of_our_own(settings='PHYS = %s\n' % SECOND), rig.Rig(phys=SECOND))
+        self.mill.switch_on()
+        self.mill.home(2)
+        self.step('0.1')
+        device = first.device
+        device.select(device.model.selector_code('y'))
+        before = first.shown('machine_x')
+        device.turn(5)
+        self.moves('x', {'joint.0.pos-fb'})
+        assert self.pendant.shows('machine_x', '0.3000', PATIENCE)
+        assert first.shown('machine_x') == before != self.pendant.shown('machine_x')

@@ -11,15 +11,13 @@ import subprocess
 import case
 from halcmd import USER, Halcmd
 import rig
-from rig import find
 import test_linuxcnc
 from test_linuxcnc import DIALOUT, ENVIRONMENT, HOME, NEAR, PATIENCE, is_at, is_true, pin, position
 
 CONFIG = test_linuxcnc.CONFIG
 INI = CONFIG + '/xhc-whb04b.ini'
 AXES = 'xyzabc'
-HOME_KEY = 8
-PINS = (*test_linuxcnc.PINS, 'input.0.abs-throttle-counts', 'xhc.scale.out', 'xhc.on-a.out',
+PINS = (*test_linuxcnc.PINS, 'xhc-dro.rotary', 'xhc-dro.step', 'xhc.on-a.and',
         'halui.axis.a.pos-feedback', 'halui.joint.5.is-homed', 'xhc-dro.mode-step',
         'xhc-dro.mode-continuous', 'xhc-dro.mode-mpg')
 
@@ -51,19 +49,10 @@ class Mill(test_linuxcnc.Mill):
         self.wait(lambda: 'DUMMY DISPLAY' in self.said())
         self.halcmd = Halcmd(env=ENVIRONMENT)
 
-    def ready(self, device):
-        """Out of the emergency stop, on, at home; M-Home has the pin of the button on the screen"""
+    def ready(self):
+        """Out of the emergency stop, on, at home"""
         self.switch_on()
-
-        def homed():
-            if not is_true('halui.joint.5.is-homed'):
-                device.press(HOME_KEY)
-                find.wait(lambda: is_true('halui.joint.5.is-homed'), 10)
-                device.release(HOME_KEY)
-            return is_true('halui.joint.5.is-homed')
-
-        self.wait(homed)
-        self.wait(lambda: is_true('halui.mode.is-teleop'))
+        self.home(5)
 
 
 class Case(rig.Case):
@@ -78,17 +67,18 @@ class Case(rig.Case):
             return
         # its helpers ask the mill of the other file's class
         Case.mill = test_linuxcnc.Case.mill = Mill()
-        Case.pendant = rig.Rig('WHB04B')
+        Case.pendant = test_linuxcnc.Case.pendant = rig.Rig('WHB04B')
         pendant = Case.pendant.plug()
         for node in [pendant.event_node, *glob.glob(pendant.path + '/dro/*')]:
             if os.stat(node).st_mode & 0o200:
                 os.chown(node, 0, DIALOUT)
                 os.chmod(node, 0o660)
         pendant.device.wake()
-        cls.mill.wait(lambda: is_true('xhc.ok.out'))
-        cls.mill.ready(pendant.device)
+        cls.mill.wait(lambda: is_true('xhc.ok.and'))
+        cls.mill.ready()
         # a busy machine may be late; what a stop does is tested with the HB04
         test_linuxcnc.set_pin('xhc.alive.width', PATIENCE)
+        test_linuxcnc.set_pin('xhc-dro.patience', PATIENCE)
 
     @property
     def device(self):
@@ -97,16 +87,16 @@ class Case(rig.Case):
     def select(self, name):
         self.device.select(self.device.model.selector[name])
         for axis in AXES:
-            self.mill.wait(lambda: is_true('xhc.on-%s.out' % axis) == (axis == name))
+            self.mill.wait(lambda: is_true('xhc.on-%s.and' % axis) == (axis == name))
         self.finish_cycle()
-        self.mill.wait(lambda: not is_true('xhc.off.out'))
+        self.mill.wait(lambda: not is_true('xhc.off.or'))
 
     def finish_cycle(self):
         test_linuxcnc.Case.finish_cycle(self)
 
     def rotary(self, name, scale):
         self.device.turn_feed(self.device.model.feed[name])
-        self.mill.wait(lambda: abs(float(pin('xhc.scale.out')) - scale) < 1e-9)
+        self.mill.wait(lambda: abs(float(pin('xhc-dro.step')) - scale) < 1e-9)
         self.finish_cycle()
 
     def assert_at(self, axis, wanted):
@@ -123,7 +113,7 @@ class Case(rig.Case):
         self.mill.wait(done)
         for code in reversed(codes):
             self.device.release(code)
-            self.mill.wait(lambda: not is_true('input.0.btn-trigger-happy%d' % code))
+        self.mill.wait(lambda: not test_linuxcnc.keys_down())
         self.finish_cycle()
 
     def shows(self, **wanted):
@@ -162,9 +152,9 @@ class TestWhb04b(Case):
         self.rotary('lead', 0)
         self.select('x')
         start = position('x')
-        before = int(pin('input.0.rel-dial-counts'))
+        before = int(pin('xhc-dro.wheel'))
         self.device.turn(3)
-        self.mill.wait(lambda: int(pin('input.0.rel-dial-counts')) == before + 3)
+        self.mill.wait(lambda: int(pin('xhc-dro.wheel')) == before + 3)
         self.finish_cycle()
         assert is_at('x', start)
 
@@ -208,10 +198,10 @@ class TestWhb04b(Case):
         self.mill.wait(lambda: not is_true('motion.jog-is-active'))
         place = position('y')
         self.device.turn_feed(self.device.model.feed['lead'])
-        self.mill.wait(lambda: int(pin('input.0.abs-throttle-counts')) == 7)
-        before = int(pin('input.0.rel-dial-counts'))
+        self.mill.wait(lambda: int(pin('xhc-dro.rotary')) == 7)
+        before = int(pin('xhc-dro.wheel'))
         self.device.turn(5)
-        self.mill.wait(lambda: int(pin('input.0.rel-dial-counts')) == before + 5)
+        self.mill.wait(lambda: int(pin('xhc-dro.wheel')) == before + 5)
         self.assert_at('y', place)
 
     def test_feed_and_fn(self):
@@ -238,5 +228,5 @@ class TestWhb04b(Case):
     def test_reset_is_on_the_display(self):
         self.press('Reset', lambda: is_true('halui.estop.is-activated'))
         self.shows(reset=1)
-        self.mill.ready(self.device)
+        self.mill.ready()
         self.shows(reset=0)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Unit tests of xhc-dro with a HAL and a sysfs that are not there: what it writes, what it says
-of errors, how it follows a pendant and hal_input; and that its HAL files, page and driver agree.
+"""Unit tests of xhc-dro with a HAL and a sysfs that are not there: what it reads and writes, what
+it reports of errors, how it follows a pendant; and that its HAL files, tables, page and the layouts
+agree.
 """
 
 import errno
@@ -8,6 +9,7 @@ import math
 import os
 import re
 import shutil
+import struct
 import sys
 import tempfile
 import types
@@ -16,18 +18,16 @@ from unittest import mock
 import pytest
 
 import case
-from busless_pendant import HB04, WHB04B
 
 PRODUCT = os.path.join(os.path.dirname(os.path.realpath(__file__)), '..', '..', 'linuxcnc')
 sys.path.insert(0, PRODUCT)
 
-from xhc_dro import (  # noqa: E402
-    cli, component, display, macros, steps, whb04b, input as hal_input)
+from xhc_dro import cli, component, display, events, keys, macros, wheel  # noqa: E402
 from xhc_sim.models import STEPS  # noqa: E402
 
 ATTRIBUTES = ('position', 'feedrate_override', 'spindle_override', 'feedrate', 'spindle_speed',
               'step', 'state')
-PINS = {**dict.fromkeys(component.FLOATS, 0.0), **dict.fromkeys(component.BITS, False)}
+PINS = {**dict.fromkeys(component.FLOATS_IN, 0.0), **dict.fromkeys(component.BITS_IN, False)}
 
 
 def product(name):
@@ -237,13 +237,159 @@ class TestDisplay(Case):
         assert (self.said, self.display.there()) == ([], False)
 
 
+class Kernel:
+    """What an event node answers to ioctls, which a FIFO in its place cannot."""
+
+    def __init__(self):
+        self.down = set()
+        self.rotary = None
+
+    def ioctl(self, _file, number, _room):
+        if number == events.EVIOCGKEY:
+            state = bytearray(events.KEY_STATE)
+            for each in self.down:
+                code = events.BUTTONS + each
+                state[code // 8] |= 1 << code % 8
+            return bytes(state)
+        if self.rotary is None:
+            raise OSError(errno.EINVAL, 'Invalid argument')
+        return struct.pack('6i', self.rotary, 0, 7, 0, 0, 0)
+
+
+def button(number, value):
+    return 1, 0x2c0 + number - 1, value         # EV_KEY, BTN_TRIGGER_HAPPY1
+
+
+def detent(count):
+    return 2, 7, count                          # EV_REL, REL_DIAL
+
+
+REPORT = (0, 0, 0)                              # EV_SYN, SYN_REPORT
+
+
+class TestEvents(Case):
+    def set_up(self):
+        super().set_up()
+        self.path = self.plug()
+        os.makedirs(self.path + '/input/input5/event7')
+        os.mkfifo(self.driver + '/event7')
+        self.kernel = Kernel()
+        patch = mock.patch.object(events.fcntl, 'ioctl', self.kernel.ioctl)
+        patch.start()
+        self.add_cleanup(patch.stop)
+
+    def opened(self):
+        made = events.Events(self.path, self.driver)
+        self.add_cleanup(made.close)
+        self.writer = os.open(self.driver + '/event7', os.O_WRONLY)
+        self.add_cleanup(os.close, self.writer)
+        return made
+
+    def send(self, *sent):
+        for each in sent:
+            os.write(self.writer, struct.pack('llHHi', 0, 0, *each))
+
+    def test_no_node(self):
+        shutil.rmtree(self.path + '/input')
+        with pytest.raises(FileNotFoundError):
+            events.Events(self.path, self.driver)
+
+    def test_what_is_down_at_first(self):
+        self.kernel.down = {1, 23, 31, 40}
+        made = self.opened()
+        assert (made.down, made.rotary) == ({1, 23, 31, 40}, 0)
+
+    def test_rotary(self):
+        self.kernel.rotary = 4
+        made = self.opened()
+        assert made.rotary == 4
+        self.send((3, 6, 7), REPORT)
+        made.read()
+        assert made.rotary == 7
+
+    def test_wheel_and_keys(self):
+        made = self.opened()
+        self.send((4, 4, 3), button(3, 1), REPORT, detent(5), REPORT, detent(-2), REPORT)
+        assert (made.read(), made.down) == (3, {3})
+        self.send(button(3, 0), button(41, 1), (1, 30, 1), REPORT)
+        assert (made.read(), made.down) == (0, set())
+        assert made.read() == 0
+
+    def test_a_short_press_is_seen(self):
+        """Stop, which is down for less than a turn"""
+        made = self.opened()
+        self.send(button(22, 1), REPORT, button(22, 0), REPORT, button(22, 1), REPORT,
+                  button(22, 0), REPORT)
+        seen = []
+        for _ in range(5):
+            made.read()
+            seen.append(made.down == {22})
+        assert seen == [True, False, False, False, False] or seen[:3] == [True, True, False]
+
+    def test_detents_are_those_before_the_selector_moves(self):
+        made = self.opened()
+        self.send(detent(4), REPORT, button(31, 1), REPORT, detent(2), REPORT)
+        assert (made.read(), made.down) == (4, set())
+        assert (made.read(), made.down) == (2, {31})
+
+    def test_events_were_lost(self):
+        made = self.opened()
+        self.send(button(2, 1), REPORT)
+        made.read()
+        self.kernel.down = {5, 31}
+        self.send((0, 3, 0), REPORT)
+        made.read()
+        assert made.down == {5, 31}
+
+    def test_it_goes(self):
+        made = self.opened()
+        with mock.patch.object(events.os, 'read', side_effect=OSError(errno.ENODEV, '')):
+            with pytest.raises(OSError):
+                made.read()
+
+
+class Hands:
+    """In the place of Events: what hands do to a pendant"""
+
+    def __init__(self):
+        self.down = set()
+        self.rotary = 0
+        self.detents = 0
+        self.trouble = None
+        self.paths = []             # of those that have been opened
+        self.open = 0
+
+    def __call__(self, path):
+        if self.trouble:
+            raise self.trouble
+        self.paths.append(path)
+        self.open += 1
+        return self
+
+    def read(self):
+        if self.trouble:
+            raise self.trouble
+        detents, self.detents = self.detents, 0
+        return detents
+
+    def close(self):
+        self.open -= 1
+
+
 class TestComponent(Case):
-    def start(self, *words):
+    def start(self, *words, **texts):
         self.hal = Hal()
         self.mill = Linuxcnc()
-        made = component.Component(self.hal, self.mill, cli.parser().parse_args(words),
-                                   self.said.append, driver=self.driver)
+        self.mill.texts = {('XHC', name): text for name, text in texts.items()}
+        self.hands = Hands()
+        patch = mock.patch.object(component, 'Events', self.hands)
+        patch.start()
+        self.add_cleanup(patch.stop)
+        with mock.patch.dict(os.environ, INI_FILE_NAME=self.driver + '/mill.ini'):
+            made = component.Component(self.hal, self.mill, cli.parser().parse_args(words),
+                                       self.said.append, driver=self.driver)
         self.add_cleanup(made.end)
+        self.made = made
         return made
 
     def turn(self, made):
@@ -251,11 +397,16 @@ class TestComponent(Case):
         made.turn()
         return made.pins['connected']
 
+    def on(self):
+        """-> which pins of keys and selector are on"""
+        return {name for name, value in self.made.pins.items()
+                if value is True and name.startswith(('key-', 'select-'))}
+
     def test_pins(self):
-        self.start()
-        assert self.hal.is_ready
-        assert {pin for pin, kind in self.hal.kinds.items() if kind == ('bit', 'out')} == \
-                         {'connected', 'heartbeat'}
+        made = self.start('--name', 'other')
+        assert self.hal.is_ready and self.hal.existing == {'other'}
+        assert made.pins['step'] == 0.001
+        assert self.hal.kinds['key-stop'] == self.hal.kinds['plus-c'] == ('bit', 'out')
 
     def test_it_follows_the_pendant(self):
         made = self.start()
@@ -265,22 +416,146 @@ class TestComponent(Case):
             path = self.plug(name)
             assert self.turn(made)
             assert self.get(path, 'position').split()[1] == '7.2500'
+            assert self.hands.paths[-1] == path
             shutil.rmtree(path)
             assert not self.turn(made)
-        assert self.said == []
+        assert (self.said, self.hands.open) == ([], 0)
+
+    def test_each_wheel_with_its_own_display(self):
+        """Two pendants: the other's wheel is not read, and its display not written."""
+        first = self.plug()
+        second = self.plug('0003:10CE:EB70.0002', 'usb-2/input0')
+        made = self.start('--phys', 'usb-2/input0')
+        made.pins['velocity'] = 2
+        assert self.turn(made)
+        assert self.hands.paths == [second]
+        assert (self.get(first, 'feedrate'), self.get(second, 'feedrate')) == ('', '120')
+
+    def test_what_it_was_is_gone_with_it(self):
+        """Keys, selector and jogs, in whichever order the kernel shows that it goes"""
+        for of_the_node in (True, False):
+            made = self.start()
+            path = self.plug()
+            self.turn(made)
+            self.hands.down = {22, 31}
+            assert self.turn(made) and self.on() == {'key-stop', 'select-x'}
+            if of_the_node:
+                self.hands.trouble = OSError(errno.ENODEV, 'No such device')
+            else:
+                shutil.rmtree(path)
+            for _ in range(2):
+                assert not self.turn(made) and self.on() == set()
+            shutil.rmtree(path, ignore_errors=True)
+
+    def test_a_key_that_is_down_at_first_does_nothing(self):
+        """But for those that stop"""
+        made = self.start()
+        self.plug()
+        self.hands.down = {2, 22, 33}
+        for _ in range(2):
+            assert self.turn(made) and self.on() == {'key-stop', 'select-z'}
+        self.hands.down = {33}
+        self.turn(made)
+        self.hands.down = {2, 33}
+        self.turn(made)
+        assert self.on() == {'key-start', 'select-z'}
+
+    def test_a_late_round(self):
+        """What was done to the pendant meanwhile does nothing."""
+        with mock.patch.object(component.time, 'monotonic') as clock:
+            clock.return_value = 100.0
+            made = self.start()
+            self.plug()
+            self.turn(made)
+            for late, opened in ((0.4, 1), (0.6, 2), (0.4, 2), (0.6, 3)):
+                clock.return_value += late
+                self.turn(made)
+                assert len(self.hands.paths) == opened
+            assert self.hands.open == 1
+            made.pins['patience'] = 1
+            clock.return_value += 0.9
+            self.turn(made)
+            assert len(self.hands.paths) == 3
+
+    def test_udevd_is_waited_for(self):
+        made = self.start()
+        self.plug()
+        self.hands.trouble = PermissionError(errno.EACCES, 'Permission denied')
+        with mock.patch.object(component.time, 'monotonic') as clock:
+            clock.return_value = 100.0
+            assert not self.turn(made)
+            clock.return_value += component.UDEV_TIME - 0.1
+            assert not self.turn(made) and self.said == []
+            for _ in range(3):
+                clock.return_value += 0.2
+                assert not self.turn(made)
+            assert len(self.said) == 1 and self.said[0].endswith(': Permission denied')
+            self.hands.trouble = None
+            clock.return_value += 0.2
+            assert self.turn(made)
+
+    def test_wheel(self):
+        made = self.start()
+        self.plug()
+        for detents, counts in ((3, 3), (0, 3), (-5, -2)):
+            self.hands.detents = detents
+            self.turn(made)
+            assert made.pins['wheel'] == counts
+
+    def test_steps(self):
+        """An HB04's two keys, and a factor of an axis"""
+        made = self.start(SCALE_Y='-2')
+        path = self.plug()
+        self.turn(made)
+        for number, step in ((13, 0.01), (14, 0.001), (14, 1), (13, 0.001)):
+            self.hands.down = {number}
+            self.turn(made)
+            self.hands.down = set()
+            self.turn(made)
+            assert made.pins['step'] == made.pins['step-x'] == step
+            assert made.pins['step-y'] == -2 * step
+            assert self.get(path, 'step').startswith(str(round(1000 * step)))
 
     def test_no_further_line_when_the_pendant_is_gone(self):
         """It has the key Stop."""
         made = self.start()
         path = self.plug()
         assert self.turn(made)
-        made.pins['goto-zero'] = True
+        self.hands.down = {1}
         assert self.turn(made)
         assert self.mill.asked == [3, 'G53 G0 Z0.0000000']
         shutil.rmtree(path)
         for _ in range(3):
             assert not self.turn(made)
         assert self.mill.asked == [3, 'G53 G0 Z0.0000000', 1]
+
+    @pytest.mark.parametrize('product_id, number, text, name', [
+        ('EB70', 7, {}, 'key-zero'), ('EB6E', 9, {}, 'key-zero-x'), ('EB6E', 7, {}, 'key-half-y'),
+        ('EB70', 9, {'KEYS': 'hb04-16.keys'}, 'key-zero-x'),
+        ('EB70', 9, {'KEYS': 'mine.keys'}, 'key-lamp')])
+    def test_tables(self, product_id, number, text, name):
+        self.put(self.driver + '/mine.keys', '09 lamp   # on and off\n')
+        made = self.start(**text)
+        self.plug('0003:10CE:%s.0001' % product_id)
+        self.turn(made)
+        self.hands.down = {number}
+        self.turn(made)
+        assert self.on() == {name}
+
+    def test_keys_that_run_macros(self):
+        made = self.start()
+        self.plug('0003:10CE:EB6E.0001')
+        self.turn(made)
+        self.hands.down = {11}
+        self.turn(made)
+        assert self.mill.asked[:2] == [3, 'G10 L20 P0 Z0.0000000']
+
+    @pytest.mark.parametrize('text', ['9 lamp', '09', '09 a b c', '00 lamp', '1f lamp', '09 Lamp',
+                                      '09 lamp\n09 lamp'])
+    def test_a_table_that_is_none(self, text):
+        self.put(self.driver + '/mine.keys', text + '\n')
+        with pytest.raises(ValueError, match=r'mine.keys:\d: not a key'):
+            self.start(KEYS='mine.keys')
 
     def test_heartbeat(self):
         made = self.start()
@@ -291,17 +566,19 @@ class TestComponent(Case):
         assert beats == [True, False, True, False]
 
     def test_the_end(self):
-        made = self.start()
+        made = self.start(MODE='continuous')
         self.plug()
+        self.hands.down = {31}
+        self.hands.detents = 1
         assert self.turn(made)
+        made.pins['plus-x'] = True
         made.end()
-        assert (made.pins['connected'], self.hal.ended) == (False, True)
-
+        assert (made.pins['connected'], made.pins['plus-x'], self.hal.ended) == (
+            False, False, True)
 
     def test_whb04b(self):
         """Its rows are those of the axes that the selector is among."""
         made = self.start('--model', 'whb04b')
-        assert 'step' not in made.pins
         path = os.path.join(self.driver, '0003:10CE:EB93.0001')
         os.makedirs(path + '/dro')
         for attribute in ('rows', 'mode', 'coordinates', 'reset', 'feedrate_override',
@@ -315,19 +592,19 @@ class TestComponent(Case):
         assert [self.get(path, name) for name in (
             'rows', 'mode', 'coordinates', 'reset', 'feedrate_override', 'spindle_override')] == \
             ['1.5000 2.5000 3.5000', 'step', 'work', '0', '105', '0']
-        for axis in 'abc':
-            made.pins['select-' + axis] = True
-            made.turn()
+        for number in (34, 37, 38):
+            self.hands.down = {number}
+            self.turn(made)
             assert self.get(path, 'rows') == '4.5000 5.5000 6.5000'
-            made.pins['select-' + axis] = False
-            made.turn()
+            self.hands.down = set()
+            self.turn(made)
             assert self.get(path, 'rows') == '1.5000 2.5000 3.5000'
         made.pins.update({'show-machine': True, 'reset': True})
         for mode in ('continuous', 'mpg', 'continuous'):
-            made.pins['key-continuous'] = True
-            made.turn()
-            made.pins['key-continuous'] = False
-            made.turn()
+            self.hands.down = {14}
+            self.turn(made)
+            self.hands.down = set()
+            self.turn(made)
             assert self.get(path, 'mode')[:len(mode)] == mode
         assert self.get(path, 'rows') == '-1.0000 -2.0000 -3.0000'
         assert self.get(path, 'coordinates').startswith('machine')
@@ -335,88 +612,72 @@ class TestComponent(Case):
         assert self.said == []
 
 
+class TestProgram:
+    @staticmethod
+    def main(*words, **of_the_mill):
+        """-> exit status, what is reported"""
+        said = []
+        mill = Linuxcnc()
+        vars(mill).update({'version': '2.9.4', **of_the_mill})
+        with mock.patch.dict(sys.modules, hal=Hal(), linuxcnc=mill), \
+                mock.patch.object(cli, 'say', said.append), \
+                mock.patch.object(cli.signal, 'signal'), \
+                mock.patch.object(component.Component, 'run', lambda self: None):
+            return cli.main(words), said
+
+    @pytest.mark.parametrize('version, named', [
+        ('2.9.0~pre1+git', False), ('2.9.4', False), ('2.9.5', True), ('2.9.6-2', True),
+        ('2.9.9', False), ('2.9.50', False)])
+    def test_a_halui_that_dies(self, version, named):
+        status, said = self.main(version=version)
+        assert status == 0 and len(said) == named
+        assert not named or version in said[0]
+
+    def test_an_ini_that_is_wrong(self):
+        with mock.patch.dict(os.environ, INI_FILE_NAME='/none/mill.ini'):
+            for name, text in (('KEYS', 'none.keys'), ('MODE', 'fast'), ('STEPS', 'one')):
+                status, said = self.main(texts={('XHC', name): text})
+                assert status == 1 and len(said) == 1
+
+
+class TestKeys:
+    TABLE = {1: ('reset', 'reset'), 3: ('start', 'macro-13'), 12: ('fn', 'fn'), 5: ('-', '-')}
+
+    def test_fn(self):
+        """What a key is, it stays until it is up."""
+        made = keys.Keys(self.TABLE)
+        for down, pressed, is_down in (
+                ({3}, ['start'], 'start'), ({3, 12}, ['fn'], 'start'), (set(), [], None),
+                ({3, 12}, ['fn', 'macro-13'], 'macro-13'), ({3}, [], 'macro-13'),
+                ({1}, ['reset'], 'reset'), ({1, 12}, ['fn'], 'reset'), ({12}, [], 'fn'),
+                ({1, 12}, ['reset'], 'reset'), (set(), [], None), ({5}, [], None),
+                ({6}, [], None)):
+            assert made.turn(down) == pressed
+            assert is_down is None or made.is_down(is_down)
+        assert not any(made.is_down(name) for name in ('reset', 'start', 'macro-13', 'fn', '-'))
+
+    def test_down_at_first(self):
+        made = keys.Keys(self.TABLE, {3, 1})
+        assert made.turn({3, 1}) == ['reset'] and not made.is_down('start')
+        assert made.turn(set()) == []
+        assert made.turn({3}) == ['start'] and made.is_down('start')
+
+
 class TestWheel:
-    """The mode continuous: a jog as long as the wheel turns"""
-
-    PINS = {**dict.fromkeys(whb04b.BITS, False), 'max-velocity': 50.0,
-            'max-angular-velocity': 20.0, 'wheel': 7, 'rotary': 4}
-
-    def made(self, mode='continuous'):
-        made = whb04b.Wheel()
+    @staticmethod
+    def made(has_rotary=True, mode='step', **texts):
+        mill = Linuxcnc()
+        mill.texts = {('TRAJ' if name == 'LINEAR_UNITS' else 'XHC', name): text
+                      for name, text in texts.items()}
+        with mock.patch.dict(os.environ, INI_FILE_NAME='mill.ini'):
+            made = wheel.Wheel(mill, has_rotary)
         made.mode = mode
-        self.at(made)
         return made
 
-    def at(self, made, now=0.0, works=True, **pins):
+    def at(self, made, now=0.0, detents=0, axis='x', rotary=4):
         """-> which pins that jog are on"""
-        self.found = made.turn({**self.PINS, 'select-x': True,
-                                **{name.replace('_', '-'): pins[name] for name in pins}},
-                               works, now)
-        return {name for name in whb04b.JOGS if self.found[name]}
-
-    def test_as_long_as_it_turns(self):
-        made = self.made()
-        assert self.at(made, 1) == set()
-        assert self.at(made, 2, wheel=8) == {'plus-x'}
-        assert self.at(made, 2.2, wheel=8) == {'plus-x'}
-        assert self.at(made, 2.2, wheel=9) == {'plus-x'}
-        assert self.at(made, 2.44, wheel=9) == {'plus-x'}
-        assert self.at(made, 2.46, wheel=9) == set()
-        assert self.at(made, 3, wheel=7) == {'minus-x'}
-
-    def test_turned_back_it_stops_first(self):
-        made = self.made()
-        assert self.at(made, 1, wheel=8) == {'plus-x'}
-        assert self.at(made, 1.1, wheel=7) == set()
-        assert self.at(made, 1.2, wheel=6) == {'minus-x'}
-
-    def test_another_axis(self):
-        made = self.made()
-        assert self.at(made, 1, wheel=8) == {'plus-x'}
-        assert self.at(made, 1.1, wheel=9, select_x=False, select_y=True) == set()
-        assert self.at(made, 1.2, wheel=10, select_x=False, select_y=True) == {'plus-y'}
-
-    @pytest.mark.parametrize('pins', [
-        {'works': False}, {'select_x': False}, {'rotary': 7}, {'rotary': 0}, {'select_y': True}])
-    def test_no_jog(self, pins):
-        assert self.at(self.made(), 1, wheel=8, **pins) == set()
-
-    @pytest.mark.parametrize('mode', ['step', 'mpg'])
-    def test_other_modes(self, mode):
-        assert self.at(self.made(mode), 1, wheel=8) == set()
-        assert self.found['detents'] and self.found['mode-' + mode]
-        assert not self.found['mode-continuous']
-
-    @pytest.mark.parametrize('pins, speed', [
-        ({}, 900), ({'rotary': 1}, 60), ({'rotary': 6}, 3000), ({'rotary': 7}, 0),
-        ({'select_x': False, 'select_b': True}, 360), ({'select_x': False}, 0)])
-    def test_speed(self, pins, speed):
-        self.at(self.made(), **pins)
-        assert self.found['jog-speed'] == speed
-        assert not self.found['detents']
-
-    def test_keys(self):
-        """Not with Fn, not while nothing works, and once each time that one is pressed."""
-        made = whb04b.Wheel()
-        for pins, mode in (({'key_continuous': True}, 'step'), ({}, 'step'),
-                           ({'key_continuous': True}, 'continuous'),
-                           ({'key_continuous': True}, 'continuous'), ({}, 'continuous'),
-                           ({'key_continuous': True, 'fn': True}, 'continuous'),
-                           ({}, 'continuous'),
-                           ({'key_continuous': True, 'works': False}, 'continuous'),
-                           ({}, 'continuous'), ({'key_continuous': True}, 'mpg'),
-                           ({'key_step': True}, 'step')):
-            self.at(made, **pins)
-            assert made.mode == mode
-
-
-class TestSteps:
-    @staticmethod
-    def made(**texts):
-        mill = Linuxcnc()
-        mill.texts = {('XHC' if name == 'STEPS' else 'TRAJ', name): texts[name] for name in texts}
-        with mock.patch.dict(os.environ, INI_FILE_NAME='mill.ini'):
-            return steps.Steps(mill)
+        self.found = made.turn(detents, axis, rotary, (50.0, 20.0), now)
+        return {name for name in wheel.JOGS if self.found[name]}
 
     @pytest.mark.parametrize('texts, lengths, unit', [
         ({}, (0.001, 0.01, 0.1, 1), 0.001), ({'LINEAR_UNITS': 'mm'}, (0.001, 0.01, 0.1, 1), 0.001),
@@ -427,106 +688,94 @@ class TestSteps:
         made = self.made(**texts)
         assert (made.lengths, made.unit) == (lengths, unit)
 
-    def test_keys(self):
-        """Round and round, up and down, once for each press, and not while nothing works"""
-        made = self.made()
-        made.turn({'step-up': False, 'step-down': False}, True)
-        for up, down, works, length in (
-                (1, 0, True, 0.01), (1, 0, True, 0.01), (0, 0, True, 0.01), (1, 0, False, 0.01),
-                (0, 0, True, 0.01), (0, 1, True, 0.001), (0, 0, True, 0.001), (0, 1, True, 1),
-                (1, 0, True, 0.001)):
-            assert made.turn({'step-up': up, 'step-down': down}, works) == length
+    @pytest.mark.parametrize('texts, axis, length', [
+        ({}, 'x', 1), ({'SCALE': '-1'}, 'x', -1), ({'SCALE_A': '10'}, 'a', 10),
+        ({'SCALE_A': '10'}, 'x', 1), ({'SCALE': '2', 'SCALE_Z': '-0.5'}, 'z', -0.5),
+        ({'FILTER': '0.1'}, 'x', 0.001), ({'FILTER_Y': '0.1', 'SCALE_Y': '-1'}, 'y', -0.001)])
+    def test_scale(self, texts, axis, length):
+        self.at(self.made(**texts))
+        assert self.found['step'] == 1
+        assert self.found['step-' + axis] == pytest.approx(length)
 
+    @pytest.mark.parametrize('rotary, step, mpg', [
+        (1, 0.001, 0.002), (2, 0.01, 0.005), (3, 0.1, 0.01), (4, 1, 0.03), (5, 5, 0.06),
+        (6, 10, 0.1), (7, 0, 0), (0, 0, 0)])
+    def test_rotary(self, rotary, step, mpg):
+        for mode, length in (('step', step), ('mpg', mpg)):
+            self.at(self.made(mode=mode), rotary=rotary)
+            assert self.found['step-x'] == pytest.approx(length)
 
-class TestInput(Case):
-    """halcmd is a status here, or None while it runs."""
+    def test_as_long_as_it_turns(self):
+        made = self.made(mode='continuous')
+        for now, detents, jogs in ((1, 0, set()), (2, 1, {'plus-x'}), (2.2, 0, {'plus-x'}),
+                                   (2.2, 1, {'plus-x'}), (2.44, 0, {'plus-x'}), (2.46, 0, set()),
+                                   (3, -2, {'minus-x'})):
+            assert self.at(made, now, detents) == jogs
 
-    def set_up(self):
-        self.hal = Hal()
-        self.said = []
-        self.started = []
-        self.status = None
-        self.now = 100.0
-        self.input = hal_input.Input('file', self.hal, self.said.append)
-        patches = (mock.patch.object(hal_input.subprocess, 'Popen', self.popen),
-                   mock.patch.object(hal_input.time, 'monotonic', lambda: self.now))
-        for patch in patches:
-            patch.start()
-            self.add_cleanup(patch.stop)
+    def test_against_the_scale(self):
+        made = self.made(mode='continuous', SCALE_X='-1')
+        assert self.at(made, 1, 1) == {'minus-x'}
+        assert self.at(made, 2) == set()
+        assert self.at(made, 3, -1) == {'plus-x'}
 
-    def popen(self, words, **_):
-        self.started.append(words)
-        return types.SimpleNamespace(poll=lambda: self.status)
+    def test_turned_back_it_stops_first(self):
+        made = self.made(mode='continuous')
+        assert self.at(made, 1, 1) == {'plus-x'}
+        assert self.at(made, 1.1, -1) == set()
+        assert self.at(made, 1.2, -1) == {'minus-x'}
 
-    def loaded(self):
-        self.hal.existing.add('hal_input')
-        self.status = 0
+    def test_another_axis(self):
+        made = self.made(mode='continuous')
+        assert self.at(made, 1, 1) == {'plus-x'}
+        assert self.at(made, 1.1, 0, 'y') == set()
+        assert self.at(made, 1.2, 1, 'y') == {'plus-y'}
 
-    def works(self, path, seconds=0.0):
-        self.now += seconds
-        return self.input.works_for(path)
+    @pytest.mark.parametrize('at', [{'axis': None}, {'rotary': 7}, {'rotary': 0}])
+    def test_no_jog(self, at):
+        assert self.at(self.made(mode='continuous'), 1, 1, **at) == set()
 
-    def test_without_a_pendant_nothing_is_started(self):
-        assert not self.works(None)
-        assert self.started == []
+    @pytest.mark.parametrize('mode', ['step', 'mpg'])
+    def test_other_modes(self, mode):
+        assert self.at(self.made(mode=mode), 1, 1) == set()
+        assert self.found['detents'] and self.found['mode-' + mode]
+        assert not self.found['mode-continuous']
 
-    def test_it_works_when_halcmd_has_ended(self):
-        assert not self.works('a')
-        self.hal.existing.add('hal_input')
-        assert not self.works('a')
-        self.loaded()
-        assert self.works('a')
-        assert self.works('a', 10)
-        assert self.started == [['halcmd', '-f', 'file']]
+    @pytest.mark.parametrize('at, speed', [
+        ({}, 900), ({'rotary': 1}, 60), ({'rotary': 6}, 3000), ({'rotary': 7}, 0),
+        ({'axis': 'b'}, 360), ({'axis': None}, 0)])
+    def test_speed(self, at, speed):
+        self.at(self.made(mode='continuous'), **at)
+        assert self.found['jog-speed'] == speed
+        assert not self.found['detents']
 
-    def test_another_pendant_waits_for_the_end_of_the_old_one(self):
-        self.works('a')
-        self.loaded()
-        assert self.works('a')
-        assert not self.works(None)
-        assert not self.works('b', 5)
-        assert len(self.started) == 1
-        self.hal.existing.clear()
-        self.status = None
-        assert not self.works('b', 5)
-        self.loaded()
-        assert self.works('b')
-        assert len(self.started) == 2
+    def test_speed_without_a_rotary(self):
+        """The part that the step is of all steps"""
+        made = self.made(False, 'continuous')
+        for speed in (750, 1500, 2250, 3000):
+            assert self.at(made, 1, 1, rotary=0) == {'plus-x'}
+            assert self.found['jog-speed'] == speed
+            made.press('step-up')
 
-    def test_the_pendant_goes_while_halcmd_runs(self):
-        self.works('a')
-        assert not self.works(None)
-        self.loaded()
-        assert not self.works(None)
-        assert not self.works('b')
+    @pytest.mark.parametrize('has_rotary, modes', [
+        (True, ('continuous', 'mpg', 'continuous', 'mpg')),
+        (False, ('continuous', 'mpg', 'step', 'continuous'))])
+    def test_mode_keys(self, has_rotary, modes):
+        made = self.made(has_rotary)
+        for mode in modes:
+            made.press('mode')
+            assert made.mode == mode
+        made.press('step')
+        assert made.mode == 'step'
 
-    def test_not_at_once_when_hal_input_ends(self):
-        """LinuxCNC may be about to end us, too."""
-        self.works('a')
-        self.loaded()
-        self.works('a')
-        self.hal.existing.clear()
-        self.status = None
-        for seconds, started in ((0, 1), (0.5, 1), (1, 2)):
-            assert not self.works('a', seconds)
-            assert len(self.started) == started
-
-    def test_failure_is_said_once_and_tried_again(self):
-        self.status = 1
-        for _ in range(6):
-            assert not self.works('a', 2)
-        assert len(self.started) == 3
-        assert self.said == ['halcmd -f file: status 1']
-        self.works('a', 2)
-        self.loaded()
-        assert self.works('a')
-        assert len(self.said) == 1
-
-    def test_without_halcmd(self):
-        with mock.patch.object(hal_input.subprocess, 'Popen', side_effect=FileNotFoundError(
-                2, 'No such file or directory')):
-            assert not self.works('a')
-        assert self.said == ['halcmd -f file: No such file or directory']
+    @pytest.mark.parametrize('mode', wheel.MODES)
+    def test_the_mode_at_first(self, mode):
+        mill = Linuxcnc()
+        mill.texts = {('XHC', 'MODE'): mode}
+        with mock.patch.dict(os.environ, INI_FILE_NAME='mill.ini'):
+            assert wheel.Wheel(mill, False).mode == mode
+        mill.texts = {('XHC', 'MODE'): 'fast'}
+        with mock.patch.dict(os.environ, INI_FILE_NAME='mill.ini'), pytest.raises(ValueError):
+            wheel.Wheel(mill, False)
 
 
 class TestMacros(Case):
@@ -623,76 +872,68 @@ class TestMacros(Case):
 
 
 class TestFiles(Case):
-    def test_keys_are_those_of_the_model(self):
-        captions = {'goto-zero': 'Goto zero', 'start': 'Start/Pause', 'safe-z': 'Safe-Z',
-                    'step': 'STEP++', 'step-down': 'MPG/MODE', 'stop': 'Stop', 'reset': 'Reset',
-                    'probe-z': 'Probe-Z', 'rewind': 'Rewind', 'zero': '0=',
-                    'half': '1/2=', **{'macro-%d' % number: 'Macro %d' % number
-                                       for number in (1, 2, 3, 6, 7)}}
-        wired = re.findall(r'^net xhc\.key-(\S+) input\.0\.btn-trigger-happy(\d+)$',
-                           product('xhc-input.hal'), re.M)
-        assert {name: HB04.keys[int(code)] for name, code in wired} == captions
+    # By caption; what no table has is left to the owner.
+    MEANT = {'Start/Pause': 'start', '0=': 'zero', '1/2=': 'half', 'X=0': 'zero-x', 'Y=0': 'zero-y',
+             'Z=0': 'zero-z', 'X/2=': 'half-x', 'Y/2=': 'half-y', 'Goto home': 'home',
+             'Home': 'home', 'M-Home': 'home', 'W-Home': 'goto-zero', 'Spindle on/off': 'spindle',
+             'STEP++': 'step-up', 'Step right': 'step-up', 'Step left': 'step-down',
+             'MPG/MODE': 'step-down', 'Mode': 'step-down', 'Fine xyz': 'mode',
+             'Continuous/MPG': 'mode', 'Feed+': 'feed-plus', 'Feed-': 'feed-minus',
+             'Spindle+': 'spindle-plus', 'Spindle-': 'spindle-minus', 'Yes': '-', 'No': '-'}
 
-    def test_what_hal_input_has_left_is_cleared(self):
-        """All it is wired to, but the counts"""
-        text = product('xhc-input.hal')
-        wired = re.findall(r'^net (\S+) input\.', text, re.M)
-        cleared = re.findall(r'^sets (\S+) 0$', text, re.M)
-        assert sorted(wired) == sorted(cleared + ['xhc.wheel'])
-        assert text.index('net ') > text.rindex('sets ')
-        assert set(wired) - set(re.findall(
-            r'xhc\.\S+', product('xhc-jog.hal') + product('xhc-dro.hal'))) == set()
+    @staticmethod
+    def layout(name):
+        """-> {number: (caption, caption with Fn or None)} of the file for hwdb"""
+        path = os.path.join(PRODUCT, '..', 'hwdb', 'layouts', name + '.layout')
+        with open(path, encoding='utf-8') as file:
+            rows = [line.rstrip('\n').split('\t') for line in file]
+        return {int(row[0], 16): (row[1], row[3] if len(row) > 3 else None)
+                for row in rows if re.fullmatch('[0-9a-f]{2}', row[0])}
 
-    def test_whb04b(self):
-        """Keys, selector, what is cleared, and pins, as for the HB04"""
-        text = product('xhc-whb04b-input.hal')
-        captions = {
-            'reset': 'Reset', 'stop': 'Stop', 'start': 'Start/Pause', 'feed-plus': 'Feed+',
-            'feed-minus': 'Feed-', 'spindle-plus': 'Spindle+', 'spindle-minus': 'Spindle-',
-            'm-home': 'M-Home', 'safe-z': 'Safe-Z', 'w-home': 'W-Home',
-            'spindle': 'Spindle on/off', 'fn': 'Fn', 'probe-z': 'Probe-Z',
-            'continuous': 'Continuous/MPG', 'step': 'Step', 'macro-10': 'Macro 10'}
-        wired = dict(re.findall(r'^net xhc\.(\S+) input\.0\.btn-trigger-happy(\d+)$', text, re.M))
-        assert {name: WHB04B.keys[int(code)] for name, code in wired.items()
-                if name.startswith('key-')} == {'key-' + name: caption
-                                                for name, caption in captions.items()}
-        assert {name: code for name, code in wired.items() if name.startswith('select-')} == {
-            'select-' + axis: str(30 + value) for axis, value in zip('xyzabc', (1, 2, 3, 4, 7, 8))}
-        signals = re.findall(r'^net (\S+) input\.', text, re.M)
-        cleared = re.findall(r'^sets (\S+) 0$', text, re.M)
-        assert sorted(signals) == sorted(cleared + ['xhc.wheel'])
-        assert set(signals) - set(re.findall(
-            r'xhc\.\S+', product('xhc-whb04b-jog.hal') + product('xhc-whb04b-dro.hal'))) == set()
-        pins = re.findall(r'xhc-dro\.(\S+)', product('xhc-whb04b-dro.hal'))
-        assert sorted(pins) == sorted(
-            set(whb04b.FLOATS + whb04b.BITS + component.RESULTS + component.KEYS +
-                whb04b.LIMITS + whb04b.NUMBERS + whb04b.JOG_BITS + ('jog-speed',)) -
-            {'show-machine', 'zero', 'half', 'rewind', 'macro-11', 'macro-12', 'mode-step',
-             'mode-continuous'})
+    @pytest.mark.parametrize('name', ['hb03', 'hb04-16', 'hb04-18', 'whb04b'])
+    def test_tables_are_those_of_the_layouts(self, name):
+        def meant(caption):
+            default = 'step-up' if name == 'hb04-16' and caption == 'Step' else \
+                caption.lower().replace(' ', '-')
+            return self.MEANT.get(caption, default)
+
+        wanted = {number: (meant(caption), meant(with_fn or caption))
+                  for number, (caption, with_fn) in self.layout(name).items()}
+        if name == 'whb04b':        # these do their work with Fn, too
+            wanted.update({1: ('reset', 'reset'), 2: ('stop', 'stop')})
+        assert keys.shipped()[name] == wanted
+
+    def test_every_name_does_something(self):
+        """By MDI, by the wheel, or by a net of xhc-jog.hal"""
+        wired = re.findall(r'^net xhc\.key-(\S+) xhc-dro\.key-\1$', product('xhc-dro.hal'), re.M)
+        assert set(re.findall(r'xhc\.key-(\S+)', product('xhc-jog.hal'))) == set(wired)
+        others = {'step-up', 'step-down', 'step', 'mode', 'fn', *macros.ACTIONS, *macros.OWNERS}
+        assert set(keys.names(keys.shipped().values())) - others == set(wired)
+
+    def test_every_pin_is_wired(self):
+        """But those for a display of the owner's taste, and what is not for HAL files"""
+        wired = {name for name in re.findall(r'xhc-dro\.(\S+)', product('xhc-dro.hal'))
+                 if not name.startswith('key-')}
+        assert wired == set(component.FLOATS_IN + component.BITS_IN + component.BITS_OUT +
+                            component.FLOATS_OUT + component.NUMBERS_OUT) - {
+            'inch', 'show-machine', 'max-velocity', 'max-angular-velocity', 'patience', 'step',
+            'rotary', 'mode-step', 'mode-continuous'}
 
     def test_no_component_has_more_names_than_it_takes(self):
-        for name in ('xhc-jog.hal', 'xhc-whb04b-jog.hal'):
-            for line in re.findall(r'^loadrt \S+ names=(\S+)', product(name), re.M):
-                names = line.split(',')
-                assert len(names) <= 16
-                for each in names:
-                    assert re.search(r'^addf %s servo-thread$' % re.escape(each), product(name),
-                                     re.M), each
-
-    def test_every_input_pin_but_inch_is_wired(self):
-        wired = re.findall(r'xhc-dro\.(\S+)', product('xhc-dro.hal'))
-        assert sorted(wired) == sorted(
-            set(component.FLOATS + component.BITS + component.RESULTS + component.KEYS +
-                ('step',)) -
-            {'inch'} - {'macro-%d' % number for number in (4, 5, *range(8, 17))})
+        for line in re.findall(r'^loadrt \S+ names=(\S+)', product('xhc-jog.hal'), re.M):
+            names = line.split(',')
+            assert len(names) <= 16
+            for each in names:
+                assert re.search(r'^addf %s servo-thread$' % re.escape(each),
+                                 product('xhc-jog.hal'), re.M), each
 
     def test_no_key_runs_a_command_by_its_number(self):
         for name in os.listdir(PRODUCT):
-            if name.endswith('.hal'):
+            if name.endswith(('.hal', '.tcl')):
                 assert 'mdi-command' not in product(name)
 
     def test_steps_are_on_the_display(self):
-        for unit, lengths in ((0.001, steps.MILLIMETRES), (0.0001, steps.INCHES)):
+        for unit, lengths in ((0.001, wheel.MILLIMETRES), (0.0001, wheel.INCHES)):
             shown = [display.multiplier(step, unit, list(STEPS.values())) for step in lengths]
             assert shown == ['1', '10', '100', '1000']
 
@@ -701,7 +942,7 @@ class TestFiles(Case):
         for action in cli.parser()._actions:
             for option in action.option_strings:
                 assert 'Fl ' + option[1:] in page
-        for pin in (component.FLOATS + component.BITS + component.RESULTS + whb04b.FLOATS +
-                    whb04b.BITS + component.KEYS + whb04b.LIMITS + whb04b.NUMBERS +
-                    whb04b.JOG_BITS + ('jog-speed',)):
-            assert re.search(r'\b%s\b' % pin, page)
+        for pin in (component.FLOATS_IN + component.BITS_IN + component.BITS_OUT +
+                    component.FLOATS_OUT + component.NUMBERS_OUT +
+                    tuple(keys.names(keys.shipped().values()))):
+            assert re.search(r'(?<![\w-])%s(?![\w-])' % pin, page), pin

@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""What the wheel does: its modes, the length of a step, and the mode continuous, in which an axis
+moves as long as the wheel turns.
+"""
+
+import os
+
+AXES = 'xyzabc'
+ANGULAR = 'abc'
+MODES = ('step', 'continuous', 'mpg')
+JOGS = tuple('%s-%s' % (way, axis) for axis in AXES for way in ('plus', 'minus'))
+MILLIMETRES = (0.001, 0.01, 0.1, 1.0)
+INCHES = (0.0001, 0.001, 0.01, 0.1)
+GOES_ON = 0.25              # seconds from one detent to the next in which the wheel is turning
+# Of a WHB04B's second rotary; at Lead nothing moves. In MPG a detent is a part of 0.1.
+ROTARY_STEPS = {1: 0.001, 2: 0.01, 3: 0.1, 4: 1.0, 5: 5.0, 6: 10.0}
+ROTARY_PERCENT = {1: 2, 2: 5, 3: 10, 4: 30, 5: 60, 6: 100}
+MPG_LENGTH = 0.1
+FILTERED = 1000             # counts of a detent behind a filter, see xhc.tcl
+
+
+class Wheel:
+    """From the ini: the machine's unit, and [XHC]STEPS, if they are not those of the unit; of each
+    axis SCALE_X and so on, a factor of its steps, and whether it has a FILTER_X
+    """
+
+    def __init__(self, linuxcnc, has_rotary):
+        self.has_rotary = has_rotary
+        path = os.environ.get('INI_FILE_NAME')
+        find = linuxcnc.ini(path).find if path else lambda section, name: None
+        unit = find('TRAJ', 'LINEAR_UNITS') or ''
+        self.inch = unit.strip().lower() in ('inch', 'in', 'imperial')
+        self.unit = 0.0001 if self.inch else 0.001
+        self.lengths = INCHES if self.inch else MILLIMETRES
+        words = find('XHC', 'STEPS')
+        if words:
+            self.lengths = tuple(float(word) for word in words.split())
+        self.scales = {}
+        self.signs = {}
+        for axis in AXES:
+            scale = float(find('XHC', 'SCALE_' + axis.upper()) or find('XHC', 'SCALE') or 1)
+            filtered = find('XHC', 'FILTER_' + axis.upper()) or find('XHC', 'FILTER')
+            self.scales[axis] = scale / FILTERED if filtered else scale
+            self.signs[axis] = -1 if scale < 0 else 1
+        self.index = 0
+        self.mode = find('XHC', 'MODE') or 'step'
+        if self.mode not in MODES:
+            raise ValueError('[XHC]MODE is %s, and none of %s' % (self.mode, ', '.join(MODES)))
+        self.axis = None
+        self.way = 0
+        self.ends = 0.0
+
+    def press(self, name):
+        if name in ('step-up', 'step-down'):
+            self.index = (self.index + (1 if name == 'step-up' else -1)) % len(self.lengths)
+        elif name == 'step':
+            self.mode = 'step'
+        elif name == 'mode':
+            following = {'step': 'continuous', 'continuous': 'mpg',
+                         'mpg': 'continuous' if self.has_rotary else 'step'}
+            self.mode = following[self.mode]
+
+    def _step(self, rotary):
+        if not self.has_rotary:
+            return self.lengths[self.index]
+        if self.mode == 'mpg':
+            return MPG_LENGTH * ROTARY_PERCENT.get(rotary, 0) / 100
+        return ROTARY_STEPS.get(rotary, 0.0)
+
+    def _percent(self, rotary):
+        if self.has_rotary:
+            return ROTARY_PERCENT.get(rotary, 0)
+        return 100 * (self.index + 1) / len(self.lengths)
+
+    def turn(self, detents, axis, rotary, limits, now):
+        """One round -> {pin: value}. `axis` is the selected one, or None; `limits` are the greatest
+        velocities of linear and angular axes.
+        """
+        if axis != self.axis:
+            self.way = 0        # what was turned for one axis moves no other
+        self.axis = axis
+        if detents:
+            way = 1 if detents > 0 else -1
+            self.way = way if self.way in (0, way) else 0   # turned back it stands still first
+            self.ends = now + GOES_ON
+        elif now >= self.ends:
+            self.way = 0
+        step, percent = self._step(rotary), self._percent(rotary)
+        found = dict.fromkeys(JOGS, False)
+        found.update({'mode-' + mode: mode == self.mode for mode in MODES})
+        found['detents'] = self.mode != 'continuous'
+        found['step'] = step
+        found.update({'step-' + each: step * self.scales[each] for each in AXES})
+        found['jog-speed'] = 0.0
+        if axis:
+            found['jog-speed'] = 60 * limits[axis in ANGULAR] * percent / 100
+        if self.mode == 'continuous' and axis and percent and self.way:
+            found['%s-%s' % ('plus' if self.way * self.signs[axis] > 0 else 'minus', axis)] = True
+        return found
