@@ -20,8 +20,7 @@ FLOATS_IN = tuple('%s-%s' % (system, axis) for system in ('work', 'machine') for
     'feed-override', 'spindle-override', 'velocity', 'spindle-speed', 'max-velocity',
     'max-angular-velocity', 'patience')
 BITS_IN = ('running', 'paused', 'inch', 'reset', 'show-machine')
-# the selector's positions, from button 31 on
-SELECTOR = dict(zip(('x', 'y', 'z', 'a', 'feed', 'spindle', 'b', 'c'), range(31, 39)))
+SELECTOR = ('x', 'y', 'z', 'a', 'feed', 'spindle', 'b', 'c')        # position 0 is off
 BITS_OUT = ('connected', 'heartbeat', 'detents') + JOGS + tuple(
     'mode-' + mode for mode in MODES) + tuple('select-' + name for name in SELECTOR)
 FLOATS_OUT = ('step', 'jog-speed') + tuple('step-' + axis for axis in AXES)
@@ -87,15 +86,14 @@ class Component:
         works = self.events is not None
         self.pins['connected'] = works
         self.pins['heartbeat'] = not self.pins['heartbeat']
-        down = self.events.down if works else set()
-        selected = [name for name, number in SELECTOR.items() if number in down]
-        axis = selected[0] if len(selected) == 1 and selected[0] in AXES else None
-        self._look_at_keys(down, axis)
+        selected = (None, *SELECTOR)[self.events.selector] if works else None
+        axis = selected if selected in tuple(AXES) else None
+        self._look_at_keys(axis)
         rotary = self.events.rotary if works else 0
         found = self.wheel.turn(detents, axis, rotary, (
             self.pins['max-velocity'], self.pins['max-angular-velocity']), now)
         found['rotary'] = rotary
-        found.update({'select-' + name: name in selected for name in SELECTOR})
+        found.update({'select-' + name: name == selected for name in SELECTOR})
         for name, value in found.items():
             self.pins[name] = value
         self.pins['wheel'] += detents
@@ -106,10 +104,10 @@ class Component:
             values['inch'] = values['inch'] or self.wheel.inch
             self.display.show(self.texts(values, self.options, self.display))
 
-    def _look_at_keys(self, down, axis):
+    def _look_at_keys(self, axis):
         pressed = []
         if self.events:
-            pressed = self.keys.turn({number for number in down if number <= keys.LAST})
+            pressed = self.keys.turn(self.events.down)
         else:
             self.macros.drop()
         for name in self.key_names:

@@ -6,13 +6,13 @@ import glob
 import os
 import struct
 
+from .keys import LAST
+
 EVENT = struct.Struct('llHHi')              # struct input_event
-EV_SYN, EV_KEY, EV_REL, EV_ABS = 0, 1, 2, 3
+EV_SYN, EV_KEY, EV_REL, EV_ABS, EV_MSC = 0, 1, 2, 3, 4
 SYN_DROPPED = 3
-REL_DIAL, ABS_THROTTLE = 7, 6
+REL_DIAL, ABS_THROTTLE, ABS_MISC, MSC_SCAN = 7, 6, 0x28, 4
 BUTTONS = 0x2bf                             # BTN_TRIGGER_HAPPY1 is number 1
-SELECTOR = 30                               # its positions have the numbers from 31 on
-LAST = 40
 KEY_STATE = 0x300 // 8                      # bytes
 
 
@@ -22,11 +22,13 @@ def ask(number, size):
 
 
 EVIOCGKEY = ask(0x18, KEY_STATE)
-EVIOCGABS_THROTTLE = ask(0x40 + ABS_THROTTLE, 24)
+EVIOCGABS = {axis: ask(0x40 + axis, 24) for axis in (ABS_THROTTLE, ABS_MISC)}
 
 
 class Events:
-    """An open node. `down` has the numbers of the buttons that are down, keys and selector."""
+    """An open node. `down` has the numbers of the keys that are down; `selector` and `rotary` are
+    positions. The numbers are those of the scan codes, whatever key codes a layout has for them.
+    """
 
     def __init__(self, path, where='/dev/input'):
         """`path` is the pendant's in sysfs; OSError while udevd has not come to the node."""
@@ -36,7 +38,8 @@ class Events:
         self.file = os.open(os.path.join(where, os.path.basename(nodes[0])),
                             os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
         self.down = set()
-        self.rotary = 0
+        self.selector = self.rotary = 0
+        self.scan = None                # of the next key
         self.waiting = []               # events still to be looked at
         try:
             self._look_at_all()
@@ -48,11 +51,14 @@ class Events:
         state = fcntl.ioctl(self.file, EVIOCGKEY, bytes(KEY_STATE))
         self.down = {number for number in range(1, LAST + 1)
                      if state[(BUTTONS + number) // 8] >> (BUTTONS + number) % 8 & 1}
+        self.selector = self._position(ABS_MISC)
         try:
-            self.rotary, = struct.unpack_from(
-                'i', fcntl.ioctl(self.file, EVIOCGABS_THROTTLE, bytes(24)))
+            self.rotary = self._position(ABS_THROTTLE)
         except OSError:
             self.rotary = 0             # this model has none
+
+    def _position(self, axis):
+        return struct.unpack_from('i', fcntl.ioctl(self.file, EVIOCGABS[axis], bytes(24)))[0]
 
     def read(self):
         """-> detents since the last time, but none from after the selector has moved; OSError when
@@ -63,21 +69,27 @@ class Events:
         pressed = set()
         while self.waiting:
             _, _, kind, code, value = self.waiting[0]
-            number = code - BUTTONS
-            if kind == EV_KEY and (not value and number in pressed or
-                                   detents and number > SELECTOR):
+            if kind == EV_KEY and not value and self.scan in pressed:
+                break
+            if (kind, code) == (EV_ABS, ABS_MISC) and detents:
                 break
             del self.waiting[0]
             if kind == EV_SYN and code == SYN_DROPPED:
                 self.waiting.clear()
                 self._look_at_all()
-            elif kind == EV_KEY and value and 1 <= number <= LAST:
-                self.down.add(number)
-                pressed.add(number)
-            elif kind == EV_KEY:
-                self.down.discard(number)
+            elif (kind, code) == (EV_MSC, MSC_SCAN):
+                self.scan = value
+            elif kind == EV_KEY and value and self.scan:
+                self.down.add(self.scan)
+                pressed.add(self.scan)
+                self.scan = None
+            elif kind == EV_KEY:        # the selector's have no scan code
+                self.down.discard(self.scan)
+                self.scan = None
             elif (kind, code) == (EV_REL, REL_DIAL):
                 detents += value
+            elif (kind, code) == (EV_ABS, ABS_MISC):
+                self.selector = value
             elif (kind, code) == (EV_ABS, ABS_THROTTLE):
                 self.rotary = value
         return detents

@@ -39,6 +39,7 @@ def teardown_module():
 def written_by(wizard):
     """-> the folder of a configuration by stepconf or pncconf"""
     home = '/run/' + wizard
+    shutil.rmtree(home, ignore_errors=True)
     os.makedirs(home)
     subprocess.run([sys.executable, '-c', WIZARD, wizard], env={**ENVIRONMENT, 'HOME': home},
                    cwd=home, check=True)

@@ -242,6 +242,7 @@ class Kernel:
 
     def __init__(self):
         self.down = set()
+        self.selector = 0
         self.rotary = None
 
     def ioctl(self, _file, number, _room):
@@ -251,13 +252,20 @@ class Kernel:
                 code = events.BUTTONS + each
                 state[code // 8] |= 1 << code % 8
             return bytes(state)
-        if self.rotary is None:
+        position = self.selector if number == events.EVIOCGABS[0x28] else self.rotary
+        if position is None:
             raise OSError(errno.EINVAL, 'Invalid argument')
-        return struct.pack('6i', self.rotary, 0, 7, 0, 0, 0)
+        return struct.pack('6i', position, 0, 7, 0, 0, 0)
 
 
-def button(number, value):
-    return 1, 0x2c0 + number - 1, value         # EV_KEY, BTN_TRIGGER_HAPPY1
+def key(number, value, code=None):
+    """MSC_SCAN, and the code, which is BTN_TRIGGER_HAPPY without a layout"""
+    return (4, 4, number), (1, code or 0x2c0 + number - 1, value), REPORT
+
+
+def selector(position):
+    """ABS_MISC, and the button of the position"""
+    return (3, 0x28, position), (1, 0x2c0 + 29 + position, 1), REPORT
 
 
 def detent(count):
@@ -296,8 +304,9 @@ class TestEvents(Case):
 
     def test_what_is_down_at_first(self):
         self.kernel.down = {1, 23, 31, 40}
+        self.kernel.selector = 8
         made = self.opened()
-        assert (made.down, made.rotary) == ({1, 23, 31, 40}, 0)
+        assert (made.down, made.selector, made.rotary) == ({1, 23}, 8, 0)
 
     def test_rotary(self):
         self.kernel.rotary = 4
@@ -309,37 +318,45 @@ class TestEvents(Case):
 
     def test_wheel_and_keys(self):
         made = self.opened()
-        self.send((4, 4, 3), button(3, 1), REPORT, detent(5), REPORT, detent(-2), REPORT)
+        self.send(*key(3, 1), detent(5), REPORT, detent(-2), REPORT)
         assert (made.read(), made.down) == (3, {3})
-        self.send(button(3, 0), button(41, 1), (1, 30, 1), REPORT)
-        assert (made.read(), made.down) == (0, set())
+        self.send(*key(3, 0), *selector(2))
+        assert (made.read(), made.down, made.selector) == (0, set(), 2)
         assert made.read() == 0
+
+    def test_a_layout_changes_nothing(self):
+        made = self.opened()
+        self.send(*key(22, 1, 128))
+        made.read()
+        assert made.down == {22}
+        self.send(*key(22, 0, 128))
+        made.read()
+        assert made.down == set()
 
     def test_a_short_press_is_seen(self):
         """Stop, which is down for less than a turn"""
         made = self.opened()
-        self.send(button(22, 1), REPORT, button(22, 0), REPORT, button(22, 1), REPORT,
-                  button(22, 0), REPORT)
+        self.send(*2 * (*key(22, 1), *key(22, 0)))
         seen = []
-        for _ in range(5):
+        for _ in range(4):
             made.read()
             seen.append(made.down == {22})
-        assert seen == [True, False, False, False, False] or seen[:3] == [True, True, False]
+        assert seen == [True, True, False, False]
 
     def test_detents_are_those_before_the_selector_moves(self):
         made = self.opened()
-        self.send(detent(4), REPORT, button(31, 1), REPORT, detent(2), REPORT)
-        assert (made.read(), made.down) == (4, set())
-        assert (made.read(), made.down) == (2, {31})
+        self.send(detent(4), REPORT, *selector(1), detent(2), REPORT)
+        assert (made.read(), made.selector) == (4, 0)
+        assert (made.read(), made.selector) == (2, 1)
 
     def test_events_were_lost(self):
         made = self.opened()
-        self.send(button(2, 1), REPORT)
+        self.send(*key(2, 1))
         made.read()
-        self.kernel.down = {5, 31}
-        self.send((0, 3, 0), REPORT)
+        self.kernel.down, self.kernel.selector = {5}, 3
+        self.send((0, 3, 0), *key(7, 1))
         made.read()
-        assert made.down == {5, 31}
+        assert (made.down, made.selector) == ({5}, 3)
 
     def test_it_goes(self):
         made = self.opened()
@@ -353,6 +370,7 @@ class Hands:
 
     def __init__(self):
         self.down = set()
+        self.selector = 0
         self.rotary = 0
         self.detents = 0
         self.trouble = None
@@ -437,7 +455,7 @@ class TestComponent(Case):
             made = self.start()
             path = self.plug()
             self.turn(made)
-            self.hands.down = {22, 31}
+            self.hands.down, self.hands.selector = {22}, 1
             assert self.turn(made) and self.on() == {'key-stop', 'select-x'}
             if of_the_node:
                 self.hands.trouble = OSError(errno.ENODEV, 'No such device')
@@ -451,12 +469,12 @@ class TestComponent(Case):
         """But for those that stop"""
         made = self.start()
         self.plug()
-        self.hands.down = {2, 22, 33}
+        self.hands.down, self.hands.selector = {2, 22}, 3
         for _ in range(2):
             assert self.turn(made) and self.on() == {'key-stop', 'select-z'}
-        self.hands.down = {33}
+        self.hands.down = set()
         self.turn(made)
-        self.hands.down = {2, 33}
+        self.hands.down = {2}
         self.turn(made)
         assert self.on() == {'key-start', 'select-z'}
 
@@ -568,8 +586,7 @@ class TestComponent(Case):
     def test_the_end(self):
         made = self.start(MODE='continuous')
         self.plug()
-        self.hands.down = {31}
-        self.hands.detents = 1
+        self.hands.selector = self.hands.detents = 1
         assert self.turn(made)
         made.pins['plus-x'] = True
         made.end()
@@ -592,11 +609,11 @@ class TestComponent(Case):
         assert [self.get(path, name) for name in (
             'rows', 'mode', 'coordinates', 'reset', 'feedrate_override', 'spindle_override')] == \
             ['1.5000 2.5000 3.5000', 'step', 'work', '0', '105', '0']
-        for number in (34, 37, 38):
-            self.hands.down = {number}
+        for position in (4, 7, 8):
+            self.hands.selector = position
             self.turn(made)
             assert self.get(path, 'rows') == '4.5000 5.5000 6.5000'
-            self.hands.down = set()
+            self.hands.selector = 1
             self.turn(made)
             assert self.get(path, 'rows') == '1.5000 2.5000 3.5000'
         made.pins.update({'show-machine': True, 'reset': True})
