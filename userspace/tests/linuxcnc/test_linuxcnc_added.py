@@ -26,7 +26,7 @@ with open(os.path.join(os.path.dirname(os.path.realpath(__file__)), 'wizard.py')
 CONFIG = HOME + '/machine'
 ADDED = 'HALFILE = %s/xhc-%%s.tcl\n' % test_linuxcnc.COPY
 XYZ = {'x': (0,), 'y': (1,), 'z': (2,)}
-XYZABC = {axis: (number,) for number, axis in enumerate('xyzabc')}
+XYZAC = {**XYZ, 'a': (3,), 'c': (5,)}      # that sample locks B
 SECOND = 'usb-of-the-second/input0'
 
 setup_module = test_linuxcnc.setup_module
@@ -187,7 +187,7 @@ class TestAdded(Case):
         """pncconf links pins of halui to signals that nothing writes."""
         self.whb04b(Machine(written_by(name), 'mill.ini', model='whb04b'), XYZ)
 
-    @pytest.mark.parametrize('name, joints', [('axis/axis_9axis.ini', XYZABC),
+    @pytest.mark.parametrize('name, joints', [('axis/axis_9axis.ini', XYZAC),
                                               ('axis/lathe.ini', {'x': (0,), 'z': (1,)})])
     def test_whb04b_and_samples(self, name, joints):
         folder, _, ini = name.rpartition('/')
