@@ -84,6 +84,8 @@ class Component:
         self._look_for_pendant()
         detents = self._read()
         works = self.events is not None
+        if self.pins['connected'] and not works:
+            self.macros.report('it is gone')
         self.pins['connected'] = works
         self.pins['heartbeat'] = not self.pins['heartbeat']
         selected = (None, *SELECTOR)[self.events.selector] if works else None
@@ -101,6 +103,7 @@ class Component:
             values = {name: self.pins[name] for name in FLOATS_IN + BITS_IN}
             values.update(found)
             values['unit'] = self.wheel.unit
+            values['has-a'] = self.wheel.has_a
             values['inch'] = values['inch'] or self.wheel.inch
             self.display.show(self.texts(values, self.options, self.display))
 

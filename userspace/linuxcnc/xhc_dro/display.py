@@ -72,10 +72,11 @@ def state(pins):
 
 
 def texts(pins, unit, available):
-    """-> attribute: text; `pins` are by name."""
+    """-> attribute: text; `pins` are by name. A selected axis A has the row of X."""
+    axes = 'ayz' if pins['has-a'] and pins['select-a'] else AXES
     return {
         'position': ' '.join(coordinate(pins['%s-%s' % (system, axis)])
-                             for system in ('work', 'machine') for axis in AXES),
+                             for system in ('work', 'machine') for axis in axes),
         'feedrate_override': number(100 * pins['feed-override']),
         'spindle_override': number(100 * pins['spindle-override']),
         'feedrate': number(60 * abs(pins['velocity'])),

@@ -122,8 +122,7 @@ class Macros:
     def start(self, name, axis=None):
         """Begins one, or reports why not; nothing moves then."""
         try:
-            if not self.stat:
-                self.stat, self.command = self.linuxcnc.stat(), self.linuxcnc.command()
+            self._connect()
             self.stat.poll()
             try:
                 self._check()
@@ -135,6 +134,18 @@ class Macros:
             self.command.mode(self.linuxcnc.MODE_MDI)
         except self.linuxcnc.error as error:
             self._give_up('%s: %s' % (name, error))
+
+    def _connect(self):
+        if not self.stat:
+            self.stat, self.command = self.linuxcnc.stat(), self.linuxcnc.command()
+
+    def report(self, text):
+        """On the screen"""
+        try:
+            self._connect()
+            self.command.error_msg('pendant: ' + text)
+        except self.linuxcnc.error as error:
+            self.say(str(error))
 
     def _check(self):
         stat, linuxcnc = self.stat, self.linuxcnc

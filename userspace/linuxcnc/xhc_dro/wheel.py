@@ -35,6 +35,7 @@ class Wheel:
         words = find('XHC', 'STEPS')
         if words:
             self.lengths = tuple(float(word) for word in words.split())
+        self.has_a = 'A' in (find('TRAJ', 'COORDINATES') or '').upper()
         self.scales = {}
         self.signs = {}
         for axis in AXES:

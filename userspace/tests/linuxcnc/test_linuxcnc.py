@@ -434,12 +434,16 @@ class TestStops(Case):
         self.assert_at('x', place + 1)
 
     def test_unplugged(self):
-        """The selector was at X, and after that is at Y: the wheel does not move X any more."""
+        """The selector was at X, and after that is at Y: the wheel does not move X any more. The
+        screen shows a message.
+        """
+        screen = Screen()
         for _ in range(2):
             end = self.long_jog()
             self.pendant.unplug()
             self.mill.wait(lambda: not is_true('xhc.ok.and'))
             self.assert_stopped(end)
+            self.mill.wait(lambda: screen.message() == 'pendant: it is gone')
             places = position('x'), position('y')
             self.pendant.device.pendant.selector = 0
             self.come()

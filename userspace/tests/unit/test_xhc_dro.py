@@ -27,7 +27,8 @@ from xhc_sim.models import STEPS  # noqa: E402
 
 ATTRIBUTES = ('position', 'feedrate_override', 'spindle_override', 'feedrate', 'spindle_speed',
               'step', 'state')
-PINS = {**dict.fromkeys(component.FLOATS_IN, 0.0), **dict.fromkeys(component.BITS_IN, False)}
+PINS = {**dict.fromkeys(component.FLOATS_IN, 0.0),
+        **dict.fromkeys((*component.BITS_IN, 'select-a', 'has-a'), False)}
 
 
 def product(name):
@@ -398,7 +399,8 @@ class TestComponent(Case):
     def start(self, *words, **texts):
         self.hal = Hal()
         self.mill = Linuxcnc()
-        self.mill.texts = {('XHC', name): text for name, text in texts.items()}
+        self.mill.texts = {('TRAJ' if name == 'COORDINATES' else 'XHC', name): text
+                           for name, text in texts.items()}
         self.hands = Hands()
         patch = mock.patch.object(component, 'Events', self.hands)
         patch.start()
@@ -478,6 +480,43 @@ class TestComponent(Case):
         self.turn(made)
         assert self.on() == {'key-start', 'select-z'}
 
+    def test_the_screen_names_the_loss(self):
+        """Once, and not for a pendant that has never come"""
+        made = self.start()
+        self.turn(made)
+        path = self.plug()
+        self.turn(made)
+        assert self.mill.asked == []
+        shutil.rmtree(path)
+        for _ in range(2):
+            self.turn(made)
+        assert self.mill.asked == ['pendant: it is gone']
+        self.plug()
+        self.turn(made)
+        assert len(self.mill.asked) == 1
+
+    def test_a_loss_while_linuxcnc_ends(self):
+        made = self.start()
+        path = self.plug()
+        self.turn(made)
+        shutil.rmtree(path)
+        with mock.patch.object(self.mill, 'error_msg', side_effect=Linuxcnc.error('no channel')):
+            assert not self.turn(made)
+        assert self.said == ['no channel']
+
+    @pytest.mark.parametrize('coordinates, position, first', [
+        ('X Y Z A', 4, '4.5000'), ('xyza', 1, '1.5000'), ('XYZ', 4, '1.5000')])
+    def test_axis_a(self, coordinates, position, first):
+        """An HB04 has rows for three axes: A has that of X while it is selected."""
+        made = self.start(COORDINATES=coordinates)
+        path = self.plug()
+        for number, axis in enumerate('xyza', 1):
+            made.pins['work-' + axis] = made.pins['machine-' + axis] = number + 0.5
+        self.hands.selector = position
+        self.turn(made)
+        rows = self.get(path, 'position').split()
+        assert rows == [first, '2.5000', '3.5000'] * 2
+
     def test_a_late_round(self):
         """What was done to the pendant meanwhile does nothing."""
         with mock.patch.object(component.time, 'monotonic') as clock:
@@ -545,7 +584,7 @@ class TestComponent(Case):
         shutil.rmtree(path)
         for _ in range(3):
             assert not self.turn(made)
-        assert self.mill.asked == [3, 'G53 G0 Z0.0000000', 1]
+        assert self.mill.asked == [3, 'G53 G0 Z0.0000000', 'pendant: it is gone', 1]
 
     @pytest.mark.parametrize('product_id, number, text, name', [
         ('EB70', 7, {}, 'key-zero'), ('EB6E', 9, {}, 'key-zero-x'), ('EB6E', 7, {}, 'key-half-y'),
