@@ -4,8 +4,8 @@
 import math
 import os
 
-ACTIONS = ('safe-z', 'goto-zero', 'zero', 'half', *(
-    '%s-%s' % (name, axis) for name in ('zero', 'half') for axis in 'xyzabc'))
+ACTIONS = ('safe-z', 'goto-zero', 'goto-zero-selected', 'zero', 'half', *(
+    '%s-%s' % (name, axis) for name in ('goto-zero', 'zero', 'half') for axis in 'xyzabc'))
 MACROS = tuple('macro-%d' % number for number in range(1, 17))
 OWNERS = ('probe-z', 'rewind') + MACROS
 AXES = 'XYZABC'
@@ -64,6 +64,19 @@ class State:
         return {axis: place[number] + self._offset(number)
                 for number, axis in enumerate('XY') if axis in self.axes}
 
+    def axis_zero(self, axis):
+        """-> {axis: place} of the work piece's zero of this axis, along it: with a rotation that is
+        a way of X and Y
+        """
+        if axis not in 'XY':
+            number = AXES.index(axis)
+            return {axis: self.stat.g92_offset[number] + self._offset(number)}
+        place = [0 if each == axis else self.work_position(each) for each in 'XY']
+        place = rotated(*(place[number] + self.stat.g92_offset[number] for number in (0, 1)),
+                        self.stat.rotation_xy)
+        return {each: place[number] + self._offset(number)
+                for number, each in enumerate('XY') if each in self.axes}
+
     def rapid(self, target):
         """The line which moves there; `target` is {axis: place} in the machine's coordinates.
         LinuxCNC refuses G53 while G91 is in force: then it is the way from here."""
@@ -76,14 +89,32 @@ class State:
             way.update(zip('XY', turned))
         return 'G0 ' + ' '.join(self.word(*each) for each in way.items())
 
-    def motion_again(self):
-        """-> [line] after which the motion mode is as before; Z is at 0. An arc or a cycle cannot
-        be in force again without a move of it."""
+    def motion_again(self, target):
+        """-> [line] after which the motion mode is as before, at the target. An arc or a cycle
+        cannot be in force again without a move of it.
+        """
         if self.motion == NO_MOTION:
             return ['G80']
         if self.motion == FEED and INVERSE_TIME not in self.codes:
-            return ['G1 Z0' if INCREMENTAL in self.codes else 'G53 G1 Z0']
+            if INCREMENTAL in self.codes:
+                return ['G1 %s0' % next(iter(target))]
+            return ['G53 G1 ' + ' '.join(self.word(*each) for each in target.items())]
         return []
+
+
+def lines_for_axis(name, state, axis):
+    """Its last word is the letter of the axis, or it is for `axis`"""
+    words = name.split('-')
+    named = len(words[-1]) == 1
+    if named:
+        axis = words[-1].upper()
+    if axis not in state.axes:
+        raise ValueError('there is no axis ' + axis if named else 'no axis is selected')
+    if words[0] == 'goto':
+        target = state.axis_zero(axis)
+        return [state.rapid(target)] + state.motion_again(target)
+    value = state.work_position(axis) / 2 if words[0] == 'half' else 0
+    return ['G10 L20 P0 ' + state.word(axis, value)]
 
 
 def lines(name, state, axis, owners):
@@ -92,19 +123,12 @@ def lines(name, state, axis, owners):
         if not owners[name]:
             raise ValueError('[XHC]%s is not in the ini' % name.upper().replace('-', '_'))
         return list(owners[name])
-    action, _, letter = name.partition('-')
-    if action in ('zero', 'half'):
-        axis = (letter or axis or '').upper()
-        if axis not in state.axes:
-            raise ValueError('there is no axis ' + axis if letter else 'no axis is selected')
-        value = state.work_position(axis) / 2 if action == 'half' else 0
-        return ['G10 L20 P0 ' + state.word(axis, value)]
+    if name not in ('safe-z', 'goto-zero'):
+        return lines_for_axis(name, state, axis)
     if 'Z' not in state.axes:
         raise ValueError('there is no axis Z')
-    moves = [state.rapid({'Z': 0})]
-    if name == 'goto-zero':
-        moves.append(state.rapid(state.work_zero()))
-    return moves + state.motion_again()
+    targets = [{'Z': 0}] + [state.work_zero()] * (name == 'goto-zero')
+    return [state.rapid(each) for each in targets] + state.motion_again(targets[-1])
 
 
 class Macros:

@@ -870,7 +870,7 @@ class TestMacros(Case):
             3, 'G0 Z5.0000000', 'G0 X%.7f Y%.7f' % (x, y), 1]
 
     @pytest.mark.parametrize('codes, line', [
-        ((0, 800), 'G80'), ((0, 10), 'G53 G1 Z0'), ((0, 10, 910), 'G1 Z0')])
+        ((0, 800), 'G80'), ((0, 10), 'G53 G1 Z0.0000000'), ((0, 10, 910), 'G1 Z0')])
     def test_the_motion_mode_is_as_it_was(self, codes, line):
         assert self.asked('safe-z', gcodes=codes)[2:] == [line, 1]
 
@@ -887,6 +887,25 @@ class TestMacros(Case):
     def test_offsets(self, name, axis, state, line):
         assert self.asked(name, axis, **state) == [3, 'G10 L20 P0 ' + line, 1]
 
+    @pytest.mark.parametrize('name, axis, state, line', [
+        ('goto-zero-x', 'Z', {}, 'G53 G0 X10.0000000 Y2.0000000'),
+        ('goto-zero-selected', 'Z', {}, 'G53 G0 Z30.0000000'),
+        ('goto-zero-selected', 'Y', {}, 'G53 G0 X1.0000000 Y20.0000000'),
+        ('goto-zero-x', None, {'rotation_xy': 90}, 'G53 G0 X1.0000000 Y20.0000000'),
+        ('goto-zero-y', None, {'rotation_xy': 90}, 'G53 G0 X10.0000000 Y2.0000000'),
+        ('goto-zero-x', None, {'g92_offset': (3, 4, 0, 0, 0, 0)}, 'G53 G0 X13.0000000 Y2.0000000'),
+        ('goto-zero-z', None, {'gcodes': (0, 0, 910)}, 'G0 Z35.0000000'),
+        ('goto-zero-a', None, {'axis_mask': 15, 'g5x_offset': (0, 0, 0, 7, 0, 0),
+                               'gcodes': (0, 0, 200)}, 'G53 G0 A7.0000000')])
+    def test_goto_zero_of_an_axis(self, name, axis, state, line):
+        assert self.asked(name, axis, **state) == [3, line, 1]
+
+    def test_goto_zero_of_an_axis_in_g1(self):
+        assert self.asked('goto-zero-z', gcodes=(0, 10)) == [
+            3, 'G53 G0 Z30.0000000', 'G53 G1 Z30.0000000', 1]
+        assert self.asked('goto-zero-z', gcodes=(0, 10, 910)) == [
+            3, 'G0 Z35.0000000', 'G1 Z0', 1]
+
     def test_the_owners(self):
         assert self.asked('macro-1') == [3, 'G4 P1', 'M8', 1]
 
@@ -899,6 +918,9 @@ class TestMacros(Case):
         ('macro-2', None, {}, '[XHC]MACRO_2 is not in the ini'),
         ('zero', None, {}, 'no axis is selected'), ('zero', 'A', {}, 'no axis is selected'),
         ('safe-z', None, {'axis_mask': 3}, 'there is no axis Z'),
+        ('goto-zero-selected', None, {}, 'no axis is selected'),
+        ('goto-zero-a', None, {}, 'there is no axis A'),
+        ('zero-b', 'X', {}, 'there is no axis B'),
         *(('goto-zero', None, {'gcodes': (0, 0, code)},
            'not with cutter compensation (G41, G42)') for code in (410, 411, 420, 421))])
     def test_refused(self, name, axis, state, reason):
