@@ -77,6 +77,7 @@ install-files: $(addprefix install-,$(SIMULATORS)) install-linuxcnc
 	install -D -m 644 -t $(DESTDIR)$(UNITDIR) userspace/systemd/*.service
 	install -D -m 644 -t $(DESTDIR)$(PREFIX)/share/$(NAME)/layouts userspace/hwdb/layouts/*
 	install -D -m 644 -t $(DESTDIR)$(PREFIX)/share/$(NAME)/overlays userspace/overlays/*.dtso
+	install -D -t $(DESTDIR)$(PREFIX)/share/$(NAME)/examples userspace/examples/*.py
 	install -D -m 644 -t $(DESTDIR)$(PREFIX)/share/man/man4 $(MAN4)
 	ln -sf xy3.4 $(DESTDIR)$(PREFIX)/share/man/man4/xy3-spi.4
 

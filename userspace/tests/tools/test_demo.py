@@ -1,11 +1,15 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The examples that README.md names, as a reader would run them: a path is streamed to a virtual
-head, and what it has received is drawn.
+"""The examples for scanheads, as a reader would run them: a path is streamed to a virtual head, and
+what it has received is drawn.
 """
 
 import glob
+import math
 import os
 import subprocess
+import sys
+
+import numpy
 import pytest
 from case import Case
 
@@ -16,6 +20,10 @@ from kernel import read_file, write_file
 FOLDER = os.path.dirname(os.environ.get('XY3_MODULE', ''))
 EXAMPLES = os.path.realpath(os.path.join(head_rig.HERE, '..', '..', 'examples'))
 DEBUGFS = '/sys/kernel/debug/xy3-sim/0/'
+sys.path.insert(0, EXAMPLES)
+
+import numpy_figure  # noqa: E402 (needs the path)
+import stream  # noqa: E402
 
 
 def example(name, *arguments, text=None):
@@ -95,9 +103,65 @@ class TestExamples(Case):
         assert read_file('/sys/bus/iio/devices/iio:device0/sampling_frequency') == \
                          '12345\n'
 
-    def test_no_head(self):
-        with pytest.raises(subprocess.CalledProcessError):
-            example('stream', text='0 0\n')
+    @staticmethod
+    def received(name, *arguments):
+        """-> [(code, ...), ...] of what it streams"""
+        write_file(DEBUGFS + 'record', '10000 changes')
+        assert '5000 scans sent' in example(name, *arguments)
+        rows = read_file(DEBUGFS + 'record').splitlines()
+        return [tuple(map(int, row.split())) for row in rows]
+
+    @staticmethod
+    def near(got, want, top):
+        """Whether these are codes of the places, each from -1 to 1, but for a rounding"""
+        return len(got) == len(want) and all(
+            abs(code - (place + 1) / 2 * top) < 1 for codes, places in zip(got, want)
+            for code, place in zip(codes, places))
+
+    ROSE = [(0.9 * math.cos(10 * math.pi * i / 4999) * math.cos(2 * math.pi * i / 4999),
+             0.9 * math.cos(10 * math.pi * i / 4999) * math.sin(2 * math.pi * i / 4999))
+            for i in range(5000)]
+
+    def test_numpy(self):
+        self.head('lines=4 framing=line')
+        got = self.received('numpy_figure', '--rate', '12345')
+        assert self.near(got, [(*place, 0) for place in self.ROSE], (1 << 20) - 1)
+        assert read_file('/sys/bus/iio/devices/iio:device0/sampling_frequency') == '12345\n'
+
+    def test_numpy_with_a_gate_and_long_frames(self):
+        self.head('lines=4 framing=line')
+        write_file(DEBUGFS + 'signals', 'sync x y gate')
+        spi, = glob.glob('/sys/bus/spi/devices/spi*.0')
+        write_file(spi + '/line_map', 'sync x y gate')
+        write_file('/sys/bus/iio/devices/iio:device0/frame_bits', '32')
+        got = self.received('numpy_figure')
+        assert self.near(got, self.ROSE, (1 << 26) - 1)
+        assert [scan[2] for scan in got] == [1] * 4999 + [0]
+
+    def test_numpy_out_of_range(self):
+        self.head('lines=2')
+        head = stream.Scanhead(stream.find())
+        for wrong in 1.001, -1.001, math.nan, math.inf:
+            with pytest.raises(ValueError, match='from -1 to 1'):
+                numpy_figure.codes(head, numpy.array([[0, 0], [0, wrong]]))
+
+    def test_libiio(self):
+        """The axis that is left out stays where it was."""
+        self.head('lines=4 framing=line')
+        write_file('/sys/bus/iio/devices/iio:device0/out_angl2_raw', '77')
+        got = self.received('libiio_figure', '--rate', '12345')
+        angles = [2 * math.pi * i / 4999 for i in range(5000)]
+        assert self.near(got, [(0.9 * math.cos(angle), 0.9 * math.sin(angle)) for angle in angles],
+                         (1 << 20) - 1)
+        assert {scan[2] for scan in got} == {77}
+        assert read_file('/sys/bus/iio/devices/iio:device0/sampling_frequency') == '12345\n'
+
+    @pytest.mark.parametrize('name', ('stream', 'numpy_figure', 'libiio_figure'))
+    def test_no_head(self, name):
+        done = subprocess.run(['/usr/bin/python3', '-B', '%s/%s.py' % (EXAMPLES, name)], text=True,
+                              input='0 0\n', stderr=subprocess.PIPE, timeout=120, check=False)
+        assert (done.returncode, done.stderr.count('\n')) == (1, 1), done.stderr
+        assert 'no scanhead' in done.stderr
 
 
 def setup_module():
