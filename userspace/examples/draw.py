@@ -82,14 +82,20 @@ def chunk(kind, data):
     return struct.pack('>I', len(data)) + kind + data + struct.pack('>I', zlib.crc32(kind + data))
 
 
+def png(width, height, pixels, palette=b''):
+    """pixels: for each row a 0, then a byte per pixel that counts colours of the palette, or RGB"""
+    header = struct.pack('>IIBBBBB', width, height, 8, 3 if palette else 2, 0, 0, 0)
+    colours = chunk(b'PLTE', palette) if palette else b''
+    return (b'\x89PNG\r\n\x1a\n' + chunk(b'IHDR', header) + colours +
+            chunk(b'IDAT', zlib.compress(pixels, 9)) + chunk(b'IEND', b''))
+
+
 def as_png(places):
     rows = []
     for row in shine(places):
         rows.append(b'\0' + bytes(round(part * (1 - math.exp(-light)))
                                   for light in row for part in COLOUR))
-    header = struct.pack('>IIBBBBB', PIXELS, PIXELS, 8, 2, 0, 0, 0)     # 8 bits, RGB
-    return (b'\x89PNG\r\n\x1a\n' + chunk(b'IHDR', header) +
-            chunk(b'IDAT', zlib.compress(b''.join(rows))) + chunk(b'IEND', b''))
+    return png(PIXELS, PIXELS, b''.join(rows))
 
 
 def main():

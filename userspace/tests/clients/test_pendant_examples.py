@@ -1,15 +1,21 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The examples for pendants, as an owner runs them, with a virtual pendant of each model."""
+"""The examples for pendants, as an owner runs them, with a virtual pendant of each model; and the
+picture of an LCD on the first page.
+"""
 
 import os
 import select
 import subprocess
+import sys
 
 import pytest
 import rig
 
 EXAMPLES = os.path.realpath(os.path.join(rig.HERE, '..', '..', 'examples'))
 LIMIT = 60              # seconds; reached only in failure
+sys.path.insert(0, os.path.join(EXAMPLES, '..', 'demo'))
+
+import pictures  # noqa: E402 (needs the path)
 
 
 @pytest.fixture(scope='module', autouse=True)
@@ -124,3 +130,19 @@ def test_no_pendant(example, name):
     status, words = example(name).end()
     assert (status, words.count('\n')) == (1, 0)
     assert 'no pendant' in words
+
+
+def test_picture():
+    """The first page's commands give the LCD that its picture is drawn from."""
+    plugged = rig.Rig('HB04').plug()
+    try:
+        plugged.set('position', '135.17 -77.89 0 -220.334 0 1.5')
+        for name, text in (('step', '10'), ('state', 'run'), ('feedrate', '1200'),
+                           ('spindle_speed', '18000'), ('feedrate_override', '100'),
+                           ('spindle_override', '80')):
+            plugged.set(name, text)
+        plugged.settle()
+        lines = plugged.device.lcd.lines(selector='x')
+        assert [line[2:42] for line in lines[1:-1]] == pictures.lcd_lines()
+    finally:
+        plugged.unplug()

@@ -20,9 +20,11 @@ from kernel import read_file, write_file
 FOLDER = os.path.dirname(os.environ.get('XY3_MODULE', ''))
 EXAMPLES = os.path.realpath(os.path.join(head_rig.HERE, '..', '..', 'examples'))
 DEBUGFS = '/sys/kernel/debug/xy3-sim/0/'
-sys.path.insert(0, EXAMPLES)
+sys.path[:0] = [EXAMPLES, os.path.join(EXAMPLES, '..', 'demo')]
 
-import numpy_figure  # noqa: E402 (needs the path)
+import draw  # noqa: E402 (needs the path)
+import numpy_figure  # noqa: E402
+import pictures  # noqa: E402
 import stream  # noqa: E402
 
 
@@ -85,6 +87,10 @@ class TestExamples(Case):
         assert len(jumps - strokes) > 20
         assert self.shown('draw') == strokes
         assert self.shown('draw', '--all') == strokes | jumps
+        # the first page's picture is of these, but for the codes' rounding
+        drawn, shown = draw.read(DEBUGFS), pictures.letters()
+        assert len(drawn) == len(shown)
+        assert all(math.dist(one, two) < 2 / top for one, two in zip(drawn, shown))
 
     @staticmethod
     def letter(x, y, top):
