@@ -231,7 +231,7 @@ class TestSet(ToolCase):
         pendant.settle()
         pendant.device.fault = 'stall'
         result = run('set', '--wait', 'work_x=4')
-        self.assert_says(result, FAILURE, 'xhcctl: the pendant has not taken it: Input/output')
+        self.assert_says(result, FAILURE, 'xhcctl: the pendant has not accepted it: Input/output')
         pendant.device.fault = 'none'
 
     def test_wait_when_it_is_unplugged(self):

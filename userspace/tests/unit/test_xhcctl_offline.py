@@ -241,11 +241,12 @@ class TestLayouts(Case):
     def test_files_that_make_no_sense(self):
         head = 'title\tT\nmatch\tM\n'
         for line, content, why in (
-                (1, '\n', 'wanted'), (1, 'title\n', 'title and a text'),
+                (1, '\n', 'required'), (1, 'title\n', 'title and a text'),
                 (1, 'title\t\n', 'title and a text'), (2, 'title\tT\nmatch\tM\tN\n', 'match and'),
                 (1, 'match\t%s\n' % ('x' * 200), 'match and'), (1, '01\tA\t-\n', 'come first'),
-                (3, head + '01\tA\n', 'are wanted'), (3, head + '01\tA\t-\t-\t-\n', 'four fields'),
-                (3, head + '01\tA\t-\tB\n', 'behind a line with fn'),
+                (3, head + '01\tA\n', 'are required'),
+                (3, head + '01\tA\t-\t-\t-\n', 'four fields'),
+                (3, head + '01\tA\t-\tB\n', 'requires a line with fn'),
                 (3, head + 'fn\t1\n', 'two hexa'), (3, head + 'fn\t18\n', '01 to 17'),
                 (3, head + 'fn\n', 'fn and a code'), (4, head + '01\tA\t-\nfn\t01\n', 'before'),
                 (4, head + 'fn\t02\n01\tA\t-\t\n', 'caption with Fn'),
@@ -351,8 +352,8 @@ class TestRecordings(Case):
                 ('R: 1 00\n', 1, 'without the ids'), (REPORTS, 1, 'before the descriptor'),
                 ('R: 4097 00\n', 1, 'no size'), ('R: 0\n', 1, 'no size'), ('R:\n', 1, 'no size'),
                 ('N: %s\n' % ('x' * 128), 1, 'too long'), ('P: %s\n' % ('x' * 64), 1, 'too long'),
-                ('I: 3 10ce\n', 1, 'are wanted'), ('I: 3 10000 1\n', 1, 'are wanted'),
-                ('I: 3 1 1 1\n', 1, 'are wanted')):
+                ('I: 3 10ce\n', 1, 'are required'), ('I: 3 10000 1\n', 1, 'are required'),
+                ('I: 3 1 1 1\n', 1, 'are required')):
             with case.row(content[:30]):
                 self.assert_says(self.check(content), FAILURE, '/recording:%d: ' % line, why)
 

@@ -249,10 +249,10 @@ void hwdb_say(const char *root)
 	struct pendants list;
 
 	if (root) {
-		fprintf(stderr, "To put it to work:\n  systemd-hwdb update --root=%s\n", root);
+		fprintf(stderr, "To activate it:\n  systemd-hwdb update --root=%s\n", root);
 		return;
 	}
-	fprintf(stderr, "To put it to work:\n  systemd-hwdb update\n  udevadm control --reload\n");
+	fprintf(stderr, "To activate it:\n  systemd-hwdb update\n  udevadm control --reload\n");
 	if (!pendants_find(&list)) {
 		for (size_t i = 0; i < list.count; i++) {
 			if (*list.item[i].event)

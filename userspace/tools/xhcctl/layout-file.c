@@ -97,13 +97,13 @@ static const char *take_key(struct layout *layout, char *const *field, unsigned 
 	if (wrong)
 		return wrong;
 	if (code <= *last)
-		return "codes ascend";
+		return "codes must ascend";
 	*last = code;
 	key = &layout->key[code];
 	if (!take(key->caption, sizeof(key->caption), field[1]))
 		return "a caption is 1 to 31 ASCII characters";
 	if (field[3] && !layout->fn)
-		return "a caption with Fn goes behind a line with fn";
+		return "a caption with Fn requires a line with fn before it";
 	if (field[3] && !take(key->fn, sizeof(key->fn), field[3]))
 		return "a caption with Fn is 1 to 31 ASCII characters";
 	if (!strcmp(field[2], "-"))
@@ -132,15 +132,15 @@ static const char *take_line(struct layout *layout, char *line, unsigned int *la
 	}
 	if (!strcmp(field[0], "title"))
 		return count == 2 && take(layout->title, sizeof(layout->title), field[1]) ?
-		       NULL : "title and a text are wanted";
+		       NULL : "title and a text are required";
 	if (!strcmp(field[0], "match"))
 		return count == 2 && take(layout->match, sizeof(layout->match), field[1]) ?
-		       NULL : "match and a pattern are wanted";
+		       NULL : "match and a pattern are required";
 	if (!strcmp(field[0], "fn"))
 		return count == 2 && !*last ? take_code(field[1], &layout->fn) :
-		       "fn and a code are wanted, before the keys";
+		       "fn and a code are required, before the keys";
 	if (count < 3)
-		return "a code, a caption and a key's name or - are wanted";
+		return "a code, a caption and a key's name or - are required";
 	if (!*layout->title || !*layout->match)
 		return "title and match come first";
 	return take_key(layout, field, last);

@@ -22,23 +22,23 @@ struct options {
 };
 
 static const struct argp_option option_table[] = {
-	{ "captions", 'c', NULL, 0, "Captions only: the keys keep the driver's codes", 0 },
+	{ "captions", 'c', NULL, 0, "Choose labels only: the keys keep the codes of the driver", 0 },
 	{ "write", 'w', NULL, 0, "Write the entry to " HWDB_FILE, 0 },
-	{ "apply", 'a', NULL, 0, "Write it and put it to work", 0 },
+	{ "apply", 'a', NULL, 0, "Write the entry and activate it", 0 },
 	{ "root", 'r', "FOLDER", 0, "Write below FOLDER, as systemd-hwdb --root does", 0 },
 	{ 0 }
 };
 
 static const char doc[] =
-	"List the keycap layouts, or choose one."
+	"List the layouts of labels, or choose one."
 	"\v"
-	"The caps differ between pendants of the same id. A layout says what is printed on each key, "
-	"and which code of <linux/input-event-codes.h> fits it. It is chosen by an entry of udev's "
-	"hwdb: `layout NAME' prints it, --write writes it where udev looks for it, --apply also puts "
-	"it to work, at once. `layout default' takes the entry away: all keys are "
-	"BTN_TRIGGER_HAPPY<code> again, which is what LinuxCNC is wired to.\n\n"
-	"With --device the entry is for the one pendant that is plugged in there. A file of your own, "
-	"in a folder that the environment's XHC_LAYOUTS names, is a layout too. "
+	"Labels differ between pendants with the same id. A layout defines the label of each key, "
+	"and the code of <linux/input-event-codes.h> that matches it. It is chosen by an entry of "
+	"udev's hwdb: `layout NAME' prints the entry, --write writes it to the folder of udev, and "
+	"--apply also activates it at once. `layout default' removes the entry: all keys are "
+	"BTN_TRIGGER_HAPPY<code> again, which LinuxCNC is wired to.\n\n"
+	"With --device the entry applies only to that pendant, at its present port. Files in the "
+	"folder that the environment variable XHC_LAYOUTS names are layouts, too. "
 	"Codes that stop the computer (KEY_RESTART, KEY_POWER, KEY_SLEEP, ...) are refused.\n\n"
 	"  xhcctl layout hb04-16\n"
 	"  sudo xhcctl layout hb04-16 --apply\n"
@@ -229,8 +229,8 @@ static int use_entry(const char *entry, const struct options *options)
 	else if (status == CLI_OK)
 		hwdb_say(options->root);
 	if (status == CLI_OK && !options->apply && (!entry || options->captions))
-		fprintf(stderr, "Keys have their first codes from the next time that the pendant "
-			"is plugged in.\n");
+		fprintf(stderr, "Keys have their initial codes again the next time that the "
+			"pendant is plugged in.\n");
 	free(path);
 	return status;
 }
@@ -275,7 +275,7 @@ int layout_verb(int argc, char **argv)
 	if (list && (options.write || options.captions || options.common.device))
 		return cli_usage("list takes no such option");
 	if (options.root && (options.apply || !options.write))
-		return cli_usage("--root goes with --write, and without --apply");
+		return cli_usage("--root requires --write, and excludes --apply");
 	if (options.write && options.common.json)
 		return cli_usage("what is written is not JSON");
 	if (list)

@@ -11,12 +11,12 @@
 #include "verbs.h"
 
 static const char text[] =
-	"List the pendants that are there, and what to call them."
+	"List pendants and their names."
 	"\v"
 	"Columns: number, name of the HID device, model, awake (yes or no), event node, hidraw node, "
-	"keycap layout (in brackets when none was chosen and it is only shown), where it is plugged "
-	"in. What is missing is a dash. Exit status 3 when there is no pendant.\n\n"
-	"For a program that requires a pendant's name only:\n"
+	"keycap layout (in brackets if none was chosen and it is the default), port. A dash "
+	"stands for a missing value. The exit status is 3 if there is no pendant.\n\n"
+	"To get the name of the event node only:\n"
 	"  xhcctl list --json | jq -r '.pendants[].event'";
 
 static const char *last_word(const char *node)

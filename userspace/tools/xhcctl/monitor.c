@@ -28,23 +28,24 @@ struct options {
 static const struct argp_option option_table[] = {
 	{ "count", 'n', "NUMBER", 0, "End after this number of events", 0 },
 	{ "timeout", 't', "SECONDS", 0, "End after this time", 0 },
-	{ "lines", 'l', NULL, 0, "An event a line, also on a terminal", 0 },
-	{ "display", 'D', NULL, 0, "With lines or JSON, also each change of the display", 0 },
+	{ "lines", 'l', NULL, 0, "Print one event per line, also on a terminal", 0 },
+	{ "display", 'D', NULL, 0, "With lines or JSON, also print each change of the display", 0 },
 	{ 0 }
 };
 
 static const char doc[] =
-	"Show what is done with a pendant, with the names on its keys, and its display."
+	"Show the events of a pendant, with the labels of its keys, and its display."
 	"\v"
-	"On a terminal it is a picture, redrawn as things happen; the display in it is the driver's, as "
-	"it was last sent. Elsewhere, and with --lines, each event is a line: time, kind, and for a key "
-	"its caption (with Fn, if that is held), down or up, scan code and key code. Kinds: start (always the first: how things "
-	"are), key, selector, rotary (the second one of a WHB04B), wheel, awake, display, unknown (a key that no pendant should have), lost "
-	"(events came faster than they were read; keys and selector are right again, wheel counts are "
-	"missing), gone. With --json each is an object in a line of its own.\n\n"
-	"Ends when it is interrupted, after --timeout, or after --count events (start is none). Exit "
-	"status 1 when the time was up before the count; 3 when the pendant is unplugged: then its keys "
-	"are told to be up.\n\n"
+	"On a terminal this is a picture that is redrawn at each event; its display is the one that "
+	"the driver sent last. Elsewhere, and with --lines, each event is a line: time, kind, and for "
+	"a key its label (with Fn, if that is held), down or up, scan code and key code. Kinds: start "
+	"(always the first: the present state), key, selector, rotary (the second one of a WHB04B), "
+	"wheel, awake, display, unknown (a key that no pendant should have), lost (events arrived "
+	"faster than they were read; keys and selector are correct again, wheel counts are missing), "
+	"gone. With --json each event is an object on one line.\n\n"
+	"Ends when it is interrupted, after --timeout, or after --count events (start does not "
+	"count). The exit status is 1 if the time is up before the count, and 3 if the pendant is "
+	"unplugged; keys that were down are then reported as released first.\n\n"
 	"  xhcctl monitor\n"
 	"  xhcctl monitor --count 1 --timeout 10 --json   # wait for a key";
 

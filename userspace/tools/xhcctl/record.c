@@ -33,14 +33,14 @@ static const struct argp_option option_table[] = {
 };
 
 static const char doc[] =
-	"Write what a pendant sends to a file."
+	"Record the reports of a pendant in a file."
 	"\v"
-	"The reports as they come, with their times, in the format of hid-recorder, which `replay' and "
-	"hid-tools read. Without FILE they go to standard output. It requires the right to read the "
-	"pendant's hidraw node, which is root's as a rule.\n\n"
-	"Ends when it is interrupted, after --timeout, or after --count reports. Exit status 1 when the "
-	"time was up before the count; 3 when the pendant is unplugged. What was recorded until then "
-	"is whole in each case.\n\n"
+	"Reports are recorded with their times, in the format of hid-recorder, which `replay' and "
+	"hid-tools read. Without FILE they go to standard output. It requires permission to read the "
+	"pendant's hidraw node, which usually only root has.\n\n"
+	"Ends when it is interrupted, after --timeout, or after --count reports. The exit status is 1 "
+	"if the time is up before the count, and 3 if the pendant is unplugged. The recording is "
+	"complete up to that moment in each case.\n\n"
 	"  sudo xhcctl record pendant.hid   # to attach to a bug report";
 
 static error_t parse(int key, char *argument, struct argp_state *state)

@@ -44,16 +44,16 @@ static const char *take_bytes(const char *text, uint8_t *data, size_t max, size_
 	unsigned long count, byte;
 
 	if (!take_number(&text, 10, max, &count) || !count)
-		return "no size, or one that no device has";
+		return "no size, or an invalid one";
 	for (size_t i = 0; i < count; i++) {
 		if (*text != ' ' || !take_number(&text, 16, 0xff, &byte))
-			return "fewer bytes than its size says, or some that are none";
+			return "fewer bytes than its size, or invalid ones";
 		data[i] = byte;
 	}
 	while (*text == ' ')
 		text++;
 	if (*text)
-		return "more bytes than its size says";
+		return "more bytes than its size";
 	*size = count;
 	return NULL;
 }
@@ -129,7 +129,7 @@ static const char *take_info(struct reader *reader, const char *text)
 	reader->info = true;
 	if (!take_number(&text, 16, 0xffff, &bus) || !take_number(&text, 16, 0xffff, &vendor) ||
 	    !take_number(&text, 16, 0xffff, &product) || *text)
-		return "bus, vendor and product are wanted";
+		return "bus, vendor and product are required";
 	recording->bus = bus;
 	recording->vendor = vendor;
 	recording->product = product;
@@ -151,7 +151,7 @@ static const char *take_line(struct reader *reader, const char *line)
 	switch (line[0]) {
 	case 'D':
 		if (!take_number(&text, 10, 0, &number) || *text)
-			return "a recording of one device is wanted, number 0";
+			return "only one device is supported, number 0";
 		return NULL;
 	case 'R':
 		if (recording->descriptor_size)

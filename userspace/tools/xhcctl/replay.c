@@ -25,22 +25,22 @@ struct options {
 };
 
 static const struct argp_option option_table[] = {
-	{ "fast", 'f', NULL, 0, "Without the pauses between the reports", 0 },
-	{ "before", 'b', "SECONDS", 0, "Wait so long before the first report (1)", 0 },
-	{ "after", 'a', "SECONDS", 0, "Stay plugged in so long behind the last one (1)", 0 },
+	{ "fast", 'f', NULL, 0, "Leave out the pauses between the reports", 0 },
+	{ "before", 'b', "SECONDS", 0, "Wait for this time before the first report (1)", 0 },
+	{ "after", 'a', "SECONDS", 0, "Stay plugged in for this time after the last one (1)", 0 },
 	{ "check", 'c', NULL, 0, "Only read the file", 0 },
 	{ 0 }
 };
 
 static const char doc[] =
-	"Make a virtual pendant that sends what was recorded."
+	"Replay a recording by a virtual pendant."
 	"\v"
 	"FILE is a recording by `record' or by hid-recorder; - is standard input. The device has the "
-	"recorded report descriptor and ids, and its driver does not know the difference; frames for "
-	"the display are taken and forgotten. The reports come with their recorded pauses. When they "
-	"are all sent it is unplugged.\n\n"
-	"A file that is not understood is refused as a whole, with the number of the line. Exit status "
-	"3 when there is no /dev/uhid (modprobe uhid).\n\n"
+	"recorded report descriptor and ids, and its driver cannot distinguish it from a real one; "
+	"frames for the display are accepted and dropped. Reports are sent with their recorded "
+	"pauses. After the last one the device is unplugged.\n\n"
+	"An invalid file is refused as a whole, with the number of the line. The exit status is 3 if "
+	"there is no /dev/uhid (modprobe uhid).\n\n"
 	"  sudo xhcctl replay pendant.hid";
 
 static error_t parse(int key, char *argument, struct argp_state *state)
@@ -69,7 +69,7 @@ static error_t parse(int key, char *argument, struct argp_state *state)
 		options->path = argument;
 		return 0;
 	case ARGP_KEY_NO_ARGS:
-		argp_error(state, "which file?");
+		argp_error(state, "missing FILE");
 		return 0;
 	}
 	return ARGP_ERR_UNKNOWN;

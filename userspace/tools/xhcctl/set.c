@@ -27,21 +27,21 @@ struct options {
 };
 
 static const struct argp_option option_table[] = {
-	{ "wait", 'w', NULL, 0, "Wait until the pendant has taken it, or has not", 0 },
+	{ "wait", 'w', NULL, 0, "Wait for the transfer, and report its error", 0 },
 	{ 0 }
 };
 
 static const char doc[] =
-	"Put values on the display."
+	"Set values of the display."
 	"\v"
 	"Fields of HB03 and HB04: work_x work_y work_z machine_x machine_y machine_z, or all six in one "
 	"as position; feedrate_override spindle_override feedrate spindle_speed; step icon state day. "
 	"Fields of WHB04B: row1 row2 row3, or all three in one as rows; feedrate_override "
-	"spindle_override; mode coordinates reset. All have refresh_ms, the least time between two "
-	"frames. An error names the values that a field takes.\n\n"
-	"Several fields are taken together: if one of them cannot be, all keep what they had, and they "
-	"reach the display in one frame, if the machine is not too busy to write them within 5 ms. "
-	"Without --wait the frame is on its way when the command ends.\n\n"
+	"spindle_override; mode coordinates reset. All have refresh_ms, the minimum time between "
+	"two frames. An error names the valid values of a field.\n\n"
+	"Several fields are set together: if one of them is refused, all keep their values. They "
+	"reach the display in one frame, unless the machine is too busy to write them within 5 ms. "
+	"Without --wait the command ends before the frame has been sent.\n\n"
 	"  xhcctl set work_x=135.17 work_y=-77.89 state=run step=10\n"
 	"  xhcctl set position='135.17 -77.89 0 -220.334 0 1.5'\n"
 	"  xhcctl set rows='135.17 -77.89 0' mode=step coordinates=work reset=0";
@@ -55,7 +55,7 @@ static void add_assignment(struct options *options, const char *argument,
 	enum field_index field;
 
 	if (!equals)
-		argp_error(state, "%s: FIELD=VALUE is wanted", argument);
+		argp_error(state, "%s: FIELD=VALUE is required", argument);
 	field = field_find(argument, equals - argument);
 	if (field == SETTABLE)
 		argp_error(state, "no field %.*s", (int)(equals - argument), argument);
@@ -173,7 +173,7 @@ static int flush(const struct pendant *pendant)
 		return CLI_OK;
 	if (!pendant_present(pendant))
 		return cli_no_device("%s has gone", pendant->name);
-	return cli_errno(err, "the pendant has not taken it");
+	return cli_errno(err, "the pendant has not accepted it");
 }
 
 /* What the display has now: the driver rounds to what it shows */

@@ -15,11 +15,11 @@
 #include "verbs.h"
 
 static const char text[] =
-	"Show everything that the driver knows of a pendant."
+	"Show all attributes of a pendant."
 	"\v"
-	"One attribute a line, by its name below the pendant's folder in sysfs: what is on the display "
-	"(dro/), counters (stats/), its model, and whether it is awake. `set' changes dro/. "
-	"hid-xhc(4) describes each one.";
+	"One attribute per line, by its name below the pendant's folder in sysfs: the display (dro/), "
+	"counters (stats/), the model, and whether it is awake. `set' changes dro/. hid-xhc(4) "
+	"describes each attribute.";
 
 const char *const stat_names[STATS] = {
 	[REPORTS] = "reports",

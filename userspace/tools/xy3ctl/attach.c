@@ -36,8 +36,8 @@ struct settings {
 };
 
 static const struct argp_option attach_options[] = {
-	{ "rate", 'r', "RATE", 0, "Bit rate that the head is at (115200)", 0 },
-	{ "daemon", 'b', NULL, 0, "Go on in the background", 0 },
+	{ "rate", 'r', "RATE", 0, "Present bit rate of the head (115200)", 0 },
+	{ "daemon", 'b', NULL, 0, "Continue in the background", 0 },
 	{ 0 }
 };
 
@@ -73,9 +73,9 @@ static const struct argp attach_argp = {
 	.options = attach_options, .parser = parse, .children = cli_children, .args_doc = "UART",
 	.doc = "Make a UART, such as /dev/ttyUSB0, the backchannel of a scanhead."
 	       "\v"
-	       "The head's name is printed. It is there as long as this runs: until it is "
-	       "interrupted, `xy3ctl detach' is used, or the UART goes, when the exit status is 3. "
-	       "It requires root. To have it done at every start and plug-in, see "
+	       "Prints the name of the head, which exists while this runs: until it is "
+	       "interrupted, `xy3ctl detach' is used, or the UART is removed; the exit status is "
+	       "then 3. It requires root. To attach at every start and plug-in, see "
 	       "xy3-attach@.service.\n\n"
 	       "  xy3ctl attach /dev/ttyUSB0\n"
 	       "  xy3ctl attach --rate 921600 --daemon /dev/ttyUSB0",
@@ -83,9 +83,9 @@ static const struct argp attach_argp = {
 
 static const struct argp detach_argp = {
 	.parser = parse, .children = cli_children, .args_doc = "{UART|HEAD}",
-	.doc = "End what `xy3ctl attach' or ldattach has begun: the UART is a plain one again."
+	.doc = "Detach a UART that `xy3ctl attach' or ldattach has attached: it is a plain UART again."
 	       "\v"
-	       "An ldattach goes on to hold the UART until it is stopped. It requires root.",
+	       "An ldattach keeps the UART open until it is stopped. It requires root.",
 };
 
 static const struct {
@@ -186,7 +186,7 @@ static int set_up(int fd, const char *name, unsigned int rate)
 	if (tcsetattr(fd, TCSANOW, &modes) || tcgetattr(fd, &modes))
 		return cli_errno(errno, "%s", name);
 	if (cfgetispeed(&modes) != speed_of(rate))
-		return cli_error("%s cannot do %u bit/s", name, rate);
+		return cli_error("%s does not support %u bit/s", name, rate);
 	return CLI_OK;
 }
 
@@ -265,7 +265,7 @@ static int uart_of(const char *name, char *path, size_t size)
 		return CLI_OK;
 	status = head_find(&head, name);
 	if (!status && !head.back[0])
-		return cli_no_device("%s: nothing tells which UART it has", name);
+		return cli_no_device("%s: its UART is not known", name);
 	snprintf(path, size, "/dev/%s", head.back);
 	return status;
 }
@@ -287,7 +287,7 @@ int detach_verb(int argc, char **argv)
 	else
 		status = set_ldisc(fd, path, N_TTY);
 	if (!status && !lock_uart(fd, LEAVE_MS))
-		status = cli_error("%s: detached, but who has attached it still has it", path);
+		status = cli_error("%s: detached, but the program that attached it still holds it", path);
 	close(fd);
 	return status;
 }

@@ -35,9 +35,9 @@ enum { KEY_BIG_ENDIAN = 0x100 };
 
 static const struct argp_option options[] = {
 	{ "big-endian", KEY_BIG_ENDIAN, NULL, 0,
-	  "Numbers of FILE have their most significant byte first", 0 },
+	  "Numbers of FILE are big endian", 0 },
 	{ "count", 'n', "NUMBER", 0, "End after this number of packets", 0 },
-	{ "raw", 'r', NULL, 0, "Show each packet's bytes, in hexadecimal, as well", 0 },
+	{ "raw", 'r', NULL, 0, "Also print the bytes of each packet, in hexadecimal", 0 },
 	{ "timeout", 't', "SECONDS", 0, "End after this time", 0 },
 	{ 0 }
 };
@@ -73,17 +73,15 @@ static error_t parse(int key, char *argument, struct argp_state *state)
 
 static const struct argp argp = {
 	.options = options, .parser = parse, .children = cli_children, .args_doc = "[FILE]",
-	.doc = "Print the packets of a scanhead's backchannel, one a line."
+	.doc = "Print the packets of a scanhead's backchannel, one per line."
 	       "\v"
-	       "Without FILE they come live from the head's tty, and a line begins with the time "
-	       "of "
-	       "day; programs that read it at the same time share the packets. FILE has bytes as "
-	       "they came from a UART or from the tty, and - is standard input; a line begins with "
-	       "the packet's place in it, counted in bytes from 0. What is in no packet is left "
-	       "out, "
+	       "Without FILE they are read live from the head's tty, and a line begins with the "
+	       "time of day; programs that read it at the same time share the packets. FILE has "
+	       "the bytes received from a UART or from the tty, and - is standard input; a line "
+	       "begins with the offset of the packet in bytes. Bytes outside packets are left out, "
 	       "and counted at the end, on standard error. With --json the last object has the "
-	       "counts. A FILE without any packet is a failure (1); when the head goes the status "
-	       "is 3.\n\n"
+	       "counts. The exit status is 1 if FILE has no packet, and 3 when the head is "
+	       "removed.\n\n"
 	       "  xy3ctl packets --raw\n"
 	       "  xy3ctl packets --json uart.bin",
 };

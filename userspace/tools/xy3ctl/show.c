@@ -10,16 +10,16 @@
 #include "verbs.h"
 
 static const char list_text[] =
-	"List the scanheads that are there, one a line."
+	"List scanheads, one per line."
 	"\v"
-	"With --json the serial number and all else that a head has told is there as well. "
-	"Without any head the exit status is 3.";
+	"With --json the list also has the serial number and all else that a head has reported. "
+	"If there is no head, the exit status is 3.";
 
 static const char show_text[] =
-	"Show all that is known of a scanhead: who it is, temperatures, errors, hours of work, "
-	"frames that it could not read, and the counters of both channels."
+	"Show all that a scanhead has reported: identity, temperatures, errors, hours of operation, "
+	"frames that it could not read; and the counters of both channels."
 	"\v"
-	"A dash stands for what the head has not told. Components are those of "
+	"A dash stands for a value that the head has not reported. Components are those of "
 	"/sys/class/xy3/xy3-<n>/errors; one with an error is shown in red.";
 
 /* above what print_line() prints */

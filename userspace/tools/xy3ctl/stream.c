@@ -53,19 +53,19 @@ enum {
 
 static const struct argp_option options[] = {
 	{ "size", KEY_SIZE, "PART", 0, "Radius of a shape's circle, from 0 to 1 (0.9)", 0 },
-	{ "points", KEY_POINTS, "NUMBER", 0, "Scans of a shape; few make it fast and rough", 0 },
+	{ "points", KEY_POINTS, "NUMBER", 0, "Scans of a shape; fewer make it faster and rougher", 0 },
 	{ "repeat", KEY_REPEAT, "NUMBER", 0,
-	  "How often to draw a shape; 0: until interrupted (1)", 0 },
+	  "Times to draw a shape; 0: until interrupted (1)", 0 },
 	{ "codes", KEY_CODES, NULL, 0, "Numbers of FILE are codes, not -1 to 1", 1 },
 	{ "raw", KEY_RAW, NULL, 0,
 	  "FILE has codes of 32 bits, least significant byte first, one for each axis", 1 },
-	{ "gate", KEY_GATE, NULL, 0, "A shape asks for the laser's gate", 2 },
+	{ "gate", KEY_GATE, NULL, 0, "Drive the laser's gate while a shape is drawn", 2 },
 	{ "gate-on-delay", KEY_GATE_ON, "US", 0,
 	  "The gate rises later by this number of microseconds; earlier when negative", 2 },
 	{ "gate-off-delay", KEY_GATE_OFF, "US", 0, "The same for its fall", 2 },
 	{ "jump-speed", KEY_JUMP_SPEED, "UNITS", 0,
-	  "FILE has the vertices of a path: units per second, of which the field has 2, to one "
-	  "whose gate is 0", 3 },
+	  "FILE has the vertices of a path: units per second (the field is 2 wide) to one whose "
+	  "gate is 0", 3 },
 	{ "mark-speed", KEY_MARK_SPEED, "UNITS", 0, "The same to a vertex whose gate is 1", 3 },
 	{ "jump-delay", KEY_JUMP_DELAY, "US", 0,
 	  "Wait this long after each jump, in microseconds", 3 },

@@ -25,7 +25,7 @@ struct settings {
 };
 
 static const struct argp_option options[] = {
-	{ "interval", 'i', "SECONDS", 0, "Look at temperatures and hours this often (1)", 0 },
+	{ "interval", 'i', "SECONDS", 0, "Read temperatures and hours at this interval (1)", 0 },
 	{ "count", 'n', "NUMBER", 0, "End after this number of lines, or pictures", 0 },
 	{ "timeout", 't', "SECONDS", 0, "End after this time", 0 },
 	{ 0 }
@@ -56,14 +56,13 @@ static error_t parse(int key, char *argument, struct argp_state *state)
 
 static const struct argp argp = {
 	.options = options, .parser = parse, .children = cli_children,
-	.doc = "Watch a scanhead: a picture on a terminal, else a line for each thing that changes."
+	.doc = "Watch a scanhead: a picture on a terminal, otherwise a line for each change."
 	       "\v"
-	       "A line is the time of day, the name and the value, which is a dash when the head "
-	       "has "
-	       "stopped telling it; all that is known comes first. With --json a line is an object "
-	       "with the members name and value. Temperatures are looked at once in an interval; "
-	       "errors and sync come at once. It ends with status 3 when the head goes, with 1 "
-	       "when the time is up before the count, and with 130 when it is interrupted.\n\n"
+	       "A line has the time of day, the name and the value, which is a dash when the head "
+	       "has stopped reporting it; all known values come first. With --json a line is an "
+	       "object with the members name and value. Temperatures are read once per interval; "
+	       "errors and sync are printed at once. The exit status is 3 when the head is removed, "
+	       "1 if the time is up before the count, and 130 when it is interrupted.\n\n"
 	       "  xy3ctl watch\n"
 	       "  xy3ctl watch --interval 10 --json\n"
 	       "  xy3ctl watch --count 1 --timeout 60",
