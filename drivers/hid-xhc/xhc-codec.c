@@ -2,8 +2,8 @@
 /*
  * XHC pendant wire formats: reports, display frames and their text forms
  *
- * Source of the facts: "XHC xHB03 & xHB04 INTERNALS", 13/01/2014, and where that is open
- * or contradicted, programs that run on real units.
+ * Source: "XHC xHB03 & xHB04 INTERNALS", 13/01/2014, and where that is unclear or
+ * contradicted, programs that run on real units.
  */
 
 #include <linux/bitfield.h>
@@ -25,7 +25,7 @@
  *   FE FD  day  6 x { integer, fraction }  4 x number  step  state
  *    2      1        2     1 or 2              2        1     1
  *
- * integer is the magnitude's; fraction is one byte (two decimals, HB03) or two (four
+ * integer is that of the magnitude; fraction is one byte (two decimals, HB03) or two (four
  * decimals, HB04), with the sign in its top bit.
  */
 #define XHC_MAGIC_0		0xfe
@@ -52,7 +52,7 @@ static_assert(XHC_FRAME_SIZE(2) == XHC_PAYLOAD_MAX && XHC_FRAME_CHUNKS(2) == XHC
 
 static_assert(XHC_WHB_FRAME_SIZE == 21 && XHC_WHB_FRAME_CHUNKS == 3);
 
-/* the multiplier of each step code; 0Bh exists, its meaning is not known */
+/* multiplier of each step code; 0Bh exists, but its meaning is unknown */
 static const u16 xhc_steps[] = { 0, 1, 5, 10, 20, 30, 40, 50, 100, 500, 1000 };
 
 static const struct {
@@ -64,7 +64,7 @@ static const struct {
 	{ XHC_STATE_INCH, "inch" },
 };
 
-/* Return: the position of a rotary switch at @code, 0 if the table does not have it */
+/* Return: the position of a rotary switch for @code, 0 if the table does not have it */
 static u8 xhc_rotary_position(const struct xhc_rotary_code *table, size_t rows, u8 code)
 {
 	for (size_t i = 0; i < rows; i++)
@@ -148,7 +148,7 @@ static u32 xhc_pow10(unsigned int n)
 	return p;
 }
 
-/* Without a sign; right for S32_MIN, too */
+/* Absolute value; correct for S32_MIN, too */
 static u32 xhc_magnitude(s32 units)
 {
 	return units < 0 ? -(u32)units : (u32)units;
@@ -279,7 +279,7 @@ static const struct xhc_model xhc_models[] = {
 		.selector = {
 			{ 0x11, XHC_SEL_X }, { 0x12, XHC_SEL_Y }, { 0x13, XHC_SEL_Z },
 			{ 0x18, XHC_SEL_A },
-			/* the other way round in the document, but not in real units */
+			/* swapped in the document, but not in real units */
 			{ 0x15, XHC_SEL_FEED }, { 0x14, XHC_SEL_SPINDLE },
 		},
 		.decode = xhc_hb_decode,
@@ -337,7 +337,7 @@ const struct xhc_model *xhc_model_find(u32 product)
  * @model: the pendant's model
  * @data: the report with its id
  * @size: bytes in @data
- * @swap_feed_spindle: the unit has the codes of feed and spindle exchanged
+ * @swap_feed_spindle: the unit has the codes of feed and spindle swapped
  * @in: content of the report; untouched on error
  *
  * Return: 0, or -EINVAL for a report of another size or id.
@@ -353,7 +353,7 @@ int xhc_decode_report(const struct xhc_model *model, const u8 *data, size_t size
 }
 
 /**
- * xhc_report_matches() - check whether a report is made with a seed
+ * xhc_report_matches() - check whether a report was made with a seed
  * @model: the pendant's model
  * @data: a report that xhc_decode_report() has accepted
  * @seed: byte 2 of a display frame: the day, or the model's seed
@@ -371,9 +371,9 @@ bool xhc_report_matches(const struct xhc_model *model, const u8 *data, u8 seed)
  * @display: values to be shown
  * @payload: @model->payload_size bytes are written
  *
- * Return: bytes written, or with @payload of no use: -EINVAL when the frame has a day and that
- * is none of 1..31 (with day 0 a pendant that sleeps looks like one that is idle), -ERANGE when
- * a position's integer part has no room in 16 bits.
+ * Return: bytes written. On error @payload is undefined: -EINVAL if the frame has a day outside
+ * 1..31 (with day 0 a sleeping pendant looks like an idle one), -ERANGE if the integer part of a
+ * position does not fit 16 bits.
  */
 int xhc_encode_payload(const struct xhc_model *model, const struct xhc_display *display,
 		       u8 payload[XHC_PAYLOAD_MAX])
@@ -426,7 +426,7 @@ unsigned int xhc_key_changes(const u8 was[XHC_KEY_SLOTS], const u8 now[XHC_KEY_S
  * @payload: the frame, from xhc_encode_payload()
  * @size: bytes in @payload
  * @index: which chunk, from 0
- * @report: the feature report with its id; what the frame does not fill is zero
+ * @report: the feature report with its id; unused bytes are zero
  */
 void xhc_encode_chunk(const u8 *payload, size_t size, unsigned int index,
 		      u8 report[XHC_CHUNK_SIZE])
@@ -439,12 +439,12 @@ void xhc_encode_chunk(const u8 *payload, size_t size, unsigned int index,
 }
 
 /**
- * xhc_parse_position() - read a decimal number, as the display will show it
+ * xhc_parse_position() - read a decimal number, rounded as the display shows it
  * @model: the pendant's model: its decimals are kept, the rest is rounded half away from zero
  * @text: optional sign, digits, optional point and digits; white space around is ignored
  * @units: the number in units of 1/10000; untouched on error
  *
- * Rounding looks at the text, not at a value rounded before: 0.00496 is 0.00 on HB03.
+ * The text is rounded once, not a value rounded before: 0.00496 is 0.00 on HB03.
  *
  * Return: 0, -EINVAL when @text is not such a number, -ERANGE when its magnitude,
  * rounded, does not fit the 16-bit integer part of the wire.
@@ -493,7 +493,7 @@ int xhc_parse_position(const struct xhc_model *model, const char *text, s32 *uni
 /**
  * xhc_format_position() - write a position as the shortest decimal number
  * @units: the position in units of 1/10000
- * @text: gets the number, such as "-220.334"
+ * @text: receives the number, such as "-220.334"
  * @size: bytes in @text, XHC_POSITION_TEXT is enough
  *
  * Return: length of the text.
@@ -515,7 +515,7 @@ int xhc_format_position(s32 units, char *text, size_t size)
 }
 
 /**
- * xhc_step_code() - the wire's code of a step multiplier
+ * xhc_step_code() - wire code of a step multiplier
  * @multiplier: one of 0 1 5 10 20 30 40 50 100 500 1000
  *
  * Return: the code, or -ERANGE for any other multiplier.
@@ -529,7 +529,7 @@ int xhc_step_code(unsigned int multiplier)
 }
 
 /**
- * xhc_step_multiplier() - the step multiplier behind a code
+ * xhc_step_multiplier() - step multiplier of a code
  * @code: low nibble of the step byte
  *
  * Return: the multiplier, or -ERANGE for a code that has none.
@@ -540,7 +540,7 @@ int xhc_step_multiplier(unsigned int code)
 }
 
 /**
- * xhc_parse_step() - read a step multiplier, or the wire's code of one that has no number
+ * xhc_parse_step() - read a step multiplier, or the wire code of one that has no number
  * @text: a multiplier in decimal, or a code 0..15 as 0x and hexadecimal
  *
  * Return: the code, -EINVAL when @text is not such a number, -ERANGE for another multiplier
@@ -626,10 +626,10 @@ int xhc_parse_state(const struct xhc_model *model, const char *text, u8 *state)
 }
 
 /**
- * xhc_format_state() - write the state byte as names, and what has none as a number
+ * xhc_format_state() - write the state byte as names, and bits without a name as a number
  * @model: the pendant's model
  * @state: the state byte
- * @text: gets the words, joined by "+", such as "run+0x40"; "idle" for 0
+ * @text: receives the words, joined by "+", such as "run+0x40"; "idle" for 0
  * @size: bytes in @text, XHC_STATE_TEXT is enough
  *
  * Return: length of the text.

@@ -106,13 +106,13 @@ struct xhc_input_state;
  * @decimals: decimals that the display shows
  * @fraction_size: bytes of a position's fraction on the wire, its top bit is the sign
  * @positions: positions of a display frame
- * @rows: they are rows that the unit names itself, and the frame has flags
+ * @rows: they are rows that the unit labels itself, and the frame has flags
  * @payload_size: bytes of a display frame
  * @chunks: feature reports of a display frame
  * @seed: byte 2 of each display frame, 0 if that is the day of the month
  * @named_states: bits of the state byte that have a name on this model
- * @streams: reports are sent all the time while the selector is not off
- * @trailing_report: one more report follows that of sleep, and has no meaning
+ * @streams: reports are sent continuously while the selector is not off
+ * @trailing_report: one more report, without a meaning, follows the sleep report
  * @selector_off: code of the selector for off, beside 00h
  * @selector_max: the highest of its positions, enum xhc_selector
  * @selector: codes of the other positions
@@ -155,13 +155,13 @@ struct xhc_model {
 const struct xhc_model *xhc_model_find(u32 product);
 
 /*
- * Input report 04h of HB03 and HB04, as it comes:
+ * Input report 04h of HB03 and HB04, as received:
  *
  *   byte  0     1      2      3         4      5
  *         04h   key 1  key 2  selector  wheel  day XOR key 1
  *
- * Keys are 00h when none is down; the wheel is signed, clockwise positive. All zero
- * behind the id: the pendant falls asleep.
+ * Keys are 00h if none is down; the wheel is signed, clockwise positive. All zero
+ * after the id: the pendant falls asleep.
  */
 struct xhc_input_report {
 	u8 id;
@@ -173,7 +173,7 @@ struct xhc_input_report {
 static_assert(sizeof(struct xhc_input_report) == 6);
 
 /*
- * Input report 04h of WHB04B, as it comes:
+ * Input report 04h of WHB04B, as received:
  *
  *   byte  0     1       2      3      4     5         6      7
  *         04h   random  key 1  key 2  feed  selector  wheel  check
@@ -203,9 +203,9 @@ static_assert(sizeof(struct xhc_whb_report) == 8);
  * @wheel: detents since the last report, clockwise positive
  * @asleep: the report that is sent when the pendant falls asleep
  * @day: the day that byte 5 returns (HB03, HB04)
- * @selector_code: code of @selector, as it came
+ * @selector_code: code of @selector, as received
  * @selector_ok: the model knows that code
- * @feed_code: code of @feed, as it came
+ * @feed_code: code of @feed, as received
  * @feed_ok: the model knows that code
  */
 struct xhc_input_state {
@@ -242,12 +242,12 @@ unsigned int xhc_key_changes(const u8 was[XHC_KEY_SLOTS], const u8 now[XHC_KEY_S
 
 /**
  * enum xhc_position - the six coordinates of HB03 and HB04, in the order of the wire
- * @XHC_WORK_X: X in the work piece's system
- * @XHC_WORK_Y: Y in the work piece's system
- * @XHC_WORK_Z: Z in the work piece's system
- * @XHC_MACHINE_X: X in the machine's system
- * @XHC_MACHINE_Y: Y in the machine's system
- * @XHC_MACHINE_Z: Z in the machine's system
+ * @XHC_WORK_X: X in the coordinate system of the workpiece
+ * @XHC_WORK_Y: Y in the coordinate system of the workpiece
+ * @XHC_WORK_Z: Z in the coordinate system of the workpiece
+ * @XHC_MACHINE_X: X in the coordinate system of the machine
+ * @XHC_MACHINE_Y: Y in the coordinate system of the machine
+ * @XHC_MACHINE_Z: Z in the coordinate system of the machine
  * @XHC_POSITIONS: number of coordinates
  */
 enum xhc_position {
@@ -260,7 +260,7 @@ enum xhc_position {
 	XHC_POSITIONS
 };
 
-/* The three rows of WHB04B have the place of the first coordinates */
+/* The three rows of WHB04B use the first three coordinates */
 #define XHC_ROW_1		0
 #define XHC_ROW_2		1
 #define XHC_ROW_3		2
@@ -315,7 +315,7 @@ enum xhc_mode {
 
 #define XHC_DAY_MAX		31
 
-#define XHC_SEED_AT		2	/* byte of a frame from which check bytes are made */
+#define XHC_SEED_AT		2	/* byte of a frame that check bytes are made from */
 
 /**
  * struct xhc_display - values to be shown on the display

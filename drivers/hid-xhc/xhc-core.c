@@ -5,7 +5,7 @@
  * A hand-held jog wheel with keys, a selector and a display, for CNC machines. Reports
  * become evdev events, and the display is written through sysfs; hidraw stays available.
  *
- * This is the only file that talks to the HID core.
+ * This is the only file that calls the HID core.
  */
 
 #include <linux/hid.h>
@@ -24,12 +24,12 @@ MODULE_PARM_DESC(swap_feed_spindle,
 		 "Default of the attribute of this name: exchange the selector positions feed and spindle (default: N)");
 
 /**
- * xhc_send_report() - send one feature report and wait until the pendant has taken it
+ * xhc_send_report() - send one feature report and wait until the pendant has accepted it
  * @xhc: the pendant
  * @report: report 06h with its id, in memory fit for DMA
  *
- * Return: 0 on success, -EPIPE if the pendant stalled it, -ETIMEDOUT if it did not answer,
- * -ENODEV if it has gone or is suspended, -ENOMEM, or -EIO for any other failure.
+ * Return: 0 on success, -EPIPE if the pendant stalled it, -ETIMEDOUT if it did not respond,
+ * -ENODEV if it was removed or is suspended, -ENOMEM, or -EIO for any other failure.
  */
 int xhc_send_report(struct xhc_device *xhc, u8 report[XHC_CHUNK_SIZE])
 {
@@ -44,8 +44,8 @@ int xhc_send_report(struct xhc_device *xhc, u8 report[XHC_CHUNK_SIZE])
 	case -ENOMEM:
 		return ret;
 	case -ENODEV:
-	case -ENOENT:		/* the transfer was ended from outside */
-	case -ESHUTDOWN:	/* the bus has gone */
+	case -ENOENT:		/* the transfer was cancelled */
+	case -ESHUTDOWN:	/* the bus was removed */
 	case -EHOSTUNREACH:	/* the device is suspended */
 		return -ENODEV;
 	default:
@@ -104,7 +104,7 @@ static int xhc_check_reports(struct hid_device *hdev, const struct xhc_model *mo
 /*
  * The input core releases pressed keys on suspend, before the HID device is suspended, but it
  * does not reset axes such as the selector. Release all of them here, in one report and while
- * programs still run and can see it. Reports are let through again by xhc_resume(), or by
+ * programs still run and can see it. Reports are accepted again after xhc_resume(), or by
  * this notifier if the suspend was aborted before it reached the pendant.
  */
 static int xhc_pm_notify(struct notifier_block *pm_nb, unsigned long event, void *unused)

@@ -21,13 +21,13 @@
 
 /* Delay of the first change of a burst, so that the whole burst is sent in one frame */
 #define XHC_BURST_MS		5
-/* Delay of the next frame after one that the pendant has not taken */
+/* Delay of the next frame after one that has failed */
 #define XHC_RETRY_MS		1000
 
 /**
  * struct xhc_flush - a caller that waits for a frame
- * @node: in the display's list, or in the worker's while the frame is on its way; under the
- *	  display's lock
+ * @node: in the list of the display, or in that of the worker while the frame is in flight;
+ *	  under the lock of the display
  * @done: completed under the display's lock, with @node in no list
  * @result: of the frame: 0 or an error
  */
@@ -100,7 +100,7 @@ static int xhc_dro_send(struct xhc_device *xhc, const u8 *payload, size_t size)
 	for (unsigned int i = 0; i < xhc->model->chunks; i++) {
 		int err;
 
-		/* stopping: do not begin another transfer */
+		/* stopping: do not start another transfer */
 		if (i && !READ_ONCE(dro->running))
 			return -ENODEV;
 
@@ -112,7 +112,7 @@ static int xhc_dro_send(struct xhc_device *xhc, const u8 *payload, size_t size)
 	return 0;
 }
 
-/* Return: 0, also when there was nothing to send, or the error of the transfer */
+/* Return: 0, also if there was nothing to send, or the error of the transfer */
 static int xhc_dro_frame(struct xhc_device *xhc, const struct xhc_display *display,
 			 bool force)
 {
@@ -173,7 +173,7 @@ static void xhc_dro_work(struct work_struct *work)
 	if (!display.day)
 		display.day = xhc_day_of_month();
 
-	/* cleared first: the frame answers all that was lost before it began */
+	/* cleared first: the frame covers all that was lost before it was started */
 	if (READ_ONCE(dro->lost)) {
 		WRITE_ONCE(dro->lost, false);
 		dro->shown_size = 0;
@@ -232,8 +232,8 @@ void xhc_dro_changed(struct xhc_device *xhc)
  *
  * Context: sleeps as long as the transfer takes.
  *
- * Return: 0 when the pendant has taken the frame, the error of xhc_send_report() when it
- * has not, -ENODEV when it goes away or is suspended, -ERESTARTSYS on a signal.
+ * Return: 0 if the pendant has accepted the frame, otherwise the error of xhc_send_report(),
+ * -ENODEV if it is removed or suspended, -ERESTARTSYS on a signal.
  */
 int xhc_dro_flush(struct xhc_device *xhc)
 {
@@ -273,23 +273,23 @@ void xhc_dro_lost(struct xhc_device *xhc)
 }
 
 /**
- * xhc_dro_report() - check whether a report is made with the seed that the pendant was sent
+ * xhc_dro_report() - check whether a report was made with the seed last sent
  * @xhc: the pendant
  * @data: the report
  * @day: the day that it returns, if the seed is the day
  *
- * While a frame is on its way it is not known which of two seeds is the right one. Otherwise
- * a pendant that returns another day than before, and not the one that it was sent, has been
- * reset or has had a frame from another writer: it is sent one. If it goes on so, and has been
- * seen to return the right day, the frame was lost on the radio: it is sent another one each
- * second. There are clones that never return the day.
+ * While a frame is in flight it is not known which of two seeds is correct. Otherwise a pendant
+ * that returns another day than before, and not the one that it was sent, has been reset or has
+ * received a frame from another writer: send a frame. If it continues, and has returned the
+ * correct day before, the frame was lost on the radio: send another one each second. There are
+ * clones that never return the day.
  *
- * A check byte differs from report to report, and which seed it is made of cannot be told: all
+ * A check byte differs from report to report, and does not reveal the seed it was made from: all
  * wrong ones count as the same.
  *
  * Context: any, but one report at a time.
  *
- * Return: true if it is the seed of the last frame that was taken or of one that is on its way.
+ * Return: true if it is the seed of the last accepted frame or of one in flight.
  */
 bool xhc_dro_report(struct xhc_device *xhc, const u8 *data, u8 day)
 {

@@ -3,9 +3,9 @@
  * XHC pendant: keys, selector and wheel as an input device
  *
  * Each report becomes one SYN_REPORT, in the order selector, second rotary switch, keys,
- * wheel. A jog key or a selector that stays down when the pendant is gone moves an axis: the
- * report of a pendant that falls asleep releases all of them, and xhc_input_release() does on
- * suspend, on removal and when reports that stream stop.
+ * wheel. A jog key or a selector that stays active when the pendant is gone moves an axis: the
+ * sleep report releases all of them, and so does xhc_input_release() on suspend, on removal
+ * and when streaming reports stop.
  */
 
 #include <linux/hid.h>
@@ -25,8 +25,8 @@
 #define XHC_EVENTS_HINT		128
 
 /*
- * A WHB04B sends reports all the time while an axis is chosen, so that the loss of its radio is
- * seen then. How often it sends is not known; this is long for any rate.
+ * A WHB04B sends reports continuously while an axis is selected, so the loss of its radio link
+ * can be detected then. Its rate is unknown; this is long for any rate.
  */
 #define XHC_SILENCE_MS		1000
 
@@ -48,8 +48,8 @@ static u16 xhc_keycode(const struct xhc_evdev *evdev, unsigned int scan)
 }
 
 /*
- * A key keeps the key code that it went down with: a remapping while it is held changes what
- * its next press means, and the release ends what the press began.
+ * A key keeps the key code that it was pressed with: a remapping while it is held applies from
+ * its next press on, and the release matches the press.
  */
 static void xhc_new_keycodes(const struct xhc_evdev *evdev, const struct xhc_input_state *in,
 			     u8 key_max, u16 keycode[XHC_KEY_SLOTS])
@@ -79,8 +79,8 @@ static void xhc_emit_keycode(struct xhc_evdev *evdev, u16 keycode)
 }
 
 /*
- * The selector is reported always. The input core drops what is no change, and it has dropped
- * what came while the device was inhibited.
+ * Always report the selector. The input core drops what is not a change, and it has dropped
+ * events while the device was inhibited.
  */
 static void xhc_emit_selector(struct xhc_evdev *evdev, const struct xhc_input_state *in,
 			      u16 was)
@@ -167,7 +167,7 @@ static bool xhc_set_awake(struct xhc_evdev *evdev, bool awake)
 	return true;
 }
 
-/* Has the report nothing new, and is an axis chosen? */
+/* Is an axis selected, and has the report nothing new? */
 static bool xhc_is_streamed(const struct xhc_evdev *evdev, const struct xhc_input_state *in)
 {
 	const struct xhc_input_state *last = &evdev->last;
@@ -176,7 +176,7 @@ static bool xhc_is_streamed(const struct xhc_evdev *evdev, const struct xhc_inpu
 	       in->feed == last->feed && !memcmp(in->key, last->key, sizeof(in->key));
 }
 
-/* Reports have streamed, and none has come for a while although an axis is chosen */
+/* Reports have streamed, and none was received for a while although an axis is selected */
 static void xhc_input_silence(struct timer_list *timer)
 {
 	struct xhc_evdev *evdev = container_of(timer, struct xhc_evdev, silence);
@@ -191,11 +191,11 @@ static void xhc_input_silence(struct timer_list *timer)
 }
 
 /**
- * xhc_input_trailing() - check for the report without a meaning that follows that of sleep
+ * xhc_input_trailing() - check for the report without a meaning that follows the sleep report
  * @xhc: the pendant
  * @in: the decoded report
  *
- * What it holds is not known: it must neither press a key nor choose an axis.
+ * Its content is unknown: it must neither press a key nor select an axis.
  *
  * Context: any, the report may come from an interrupt.
  *
@@ -328,7 +328,7 @@ int xhc_input_init(struct xhc_device *xhc)
 	dev->id.product = hdev->product;
 	dev->id.version = hdev->version;
 
-	/* or events of reports before the registration would be kept and delivered after it */
+	/* otherwise events before the registration would be kept, and delivered after it */
 	__set_bit(EV_SYN, dev->evbit);
 	xhc_init_keymap(evdev, model);
 	input_set_capability(dev, EV_MSC, MSC_SCAN);
@@ -336,7 +336,7 @@ int xhc_input_init(struct xhc_device *xhc)
 	input_set_abs_params(dev, ABS_MISC, XHC_SEL_OFF, model->selector_max, 0, 0);
 	if (model->feed[0].code)
 		input_set_abs_params(dev, ABS_THROTTLE, XHC_FEED_UNKNOWN, XHC_FEED_LEAD, 0, 0);
-	/* events come before the registration, which would be the first to refuse this */
+	/* events arrive before the registration, which would be the first to refuse this */
 	if (!dev->absinfo)
 		return -ENOMEM;
 	input_set_events_per_packet(dev, XHC_EVENTS_HINT);

@@ -3,7 +3,7 @@
  * XHC pendant: sysfs, as userspace/abi/sysfs-driver-hid-xhc describes it
  *
  * Values go to struct xhc_dro under its lock, and the worker sends them. Text that is not a
- * number gives -EINVAL, a number out of range -ERANGE, and then nothing has changed.
+ * number returns -EINVAL, a number out of range -ERANGE; then nothing is changed.
  */
 
 #include <linux/device.h>
@@ -380,7 +380,7 @@ static ssize_t refresh_ms_store(struct device *dev, struct device_attribute *att
 	if (err)
 		return err;
 
-	/* holds from the next frame on */
+	/* takes effect with the next frame */
 	guard(mutex)(&xhc->dro.lock);
 	xhc->dro.refresh_ms = refresh_ms;
 	return count;
@@ -425,7 +425,7 @@ static struct attribute *xhc_dro_attrs[] = {
 	NULL
 };
 
-/* What the displays of all models show, or what is about the transfer */
+/* Attributes of all displays, and of the transfer */
 static const struct attribute * const xhc_common_attrs[] = {
 	&xhc_attr_feedrate_override.attr.attr,
 	&xhc_attr_spindle_override.attr.attr,
@@ -433,7 +433,7 @@ static const struct attribute * const xhc_common_attrs[] = {
 	&dev_attr_flush.attr,
 };
 
-/* What only a display with rows shows */
+/* Attributes of displays with rows */
 static const struct attribute * const xhc_rows_attrs[] = {
 	&xhc_attr_row1.attr.attr,
 	&xhc_attr_row2.attr.attr,
@@ -532,7 +532,7 @@ static ssize_t swap_feed_spindle_store(struct device *dev, struct device_attribu
 	if (err)
 		return err;
 
-	/* holds from the next report on */
+	/* takes effect with the next report */
 	WRITE_ONCE(xhc->swap_feed_spindle, swap);
 	return count;
 }
@@ -572,7 +572,7 @@ static const struct attribute_group *xhc_groups[] = {
  * @xhc: the pendant, ready to be used
  *
  * The driver core would create dev_groups after probe, when programs may already look for
- * the attributes of an input device that they have been told of.
+ * the attributes, as the input device was announced to them.
  *
  * Return: 0 on success, a negative errno otherwise.
  */
@@ -596,7 +596,7 @@ int xhc_sysfs_add(struct xhc_device *xhc)
  * xhc_sysfs_remove() - remove the attributes
  * @xhc: the pendant
  *
- * Context: sleeps until every show and store that has begun is over.
+ * Context: sleeps until every show and store in progress has returned.
  */
 void xhc_sysfs_remove(struct xhc_device *xhc)
 {
@@ -607,7 +607,7 @@ void xhc_sysfs_remove(struct xhc_device *xhc)
 		xhc_evdev(xhc)->awake_node = NULL;
 	}
 	sysfs_remove_groups(&xhc->hdev->dev.kobj, xhc_groups);
-	/* removing a file does not wake those that poll it */
+	/* removing a file does not wake its pollers */
 	if (awake)
 		sysfs_notify_dirent(awake);
 	sysfs_put(awake);

@@ -5,7 +5,7 @@
  *   HID bus -> xhc-core -> xhc-codec -> xhc-input -> evdev
  *   HID bus <- xhc-core <- xhc-codec <- xhc-dro <- xhc-sysfs <- sysfs
  *
- * Only xhc-core talks to the HID core.
+ * Only xhc-core calls the HID core.
  */
 #ifndef XHC_H
 #define XHC_H
@@ -31,9 +31,9 @@ struct kernfs_node;
  * @XHC_REPORTS: input reports received, good and bad
  * @XHC_BAD_REPORTS: reports of another size or id, which are dropped
  * @XHC_XOR_MISMATCHES: the last byte was not made with the day or seed last sent
- * @XHC_UNKNOWN_KEYS: key or selector codes that the model does not know, once as they appear
- * @XHC_FRAMES_SENT: display frames that the pendant has taken
- * @XHC_FRAME_ERRORS: display frames that it has not taken, or not whole
+ * @XHC_UNKNOWN_KEYS: key or selector codes unknown for the model, counted once when they appear
+ * @XHC_FRAMES_SENT: display frames that the pendant has accepted
+ * @XHC_FRAME_ERRORS: display frames that have failed, or were sent in part
  * @XHC_STATS: number of counters
  */
 enum xhc_stat {
@@ -60,11 +60,11 @@ enum xhc_stat {
  * @running: false while suspended or going away: reports are not turned into events
  * @trailing: the next report follows that of sleep and has no meaning
  * @streams: reports have been seen to stream while an axis is chosen
- * @silence: releases all when they stop
+ * @silence: releases all keys when they stop
  * @awake: the last report was not the sleep report
  * @awake_node: the attribute that shows @awake, NULL while there is none
- * @last: what was reported last
- * @keycode: key codes that the keys of @last went down with, KEY_RESERVED for none
+ * @last: state reported last
+ * @keycode: key codes that the keys of @last were pressed with, KEY_RESERVED for none
  * @selector_keycode: key code that the selector of @last holds down, KEY_RESERVED for none
  * @keymap: key code by scan code, changed by the input core under its own lock
  */
@@ -89,27 +89,27 @@ struct xhc_evdev {
 
 /**
  * struct xhc_dro - the display side of a pendant
- * @lock: protects all up to @flushes; never held while a frame is on its way
+ * @lock: protects all up to @flushes; never held while a frame is in flight
  * @running: false while suspended or going away: no frame is sent
  * @changed: @want may differ from what was sent
- * @want: what users want to see; day 0 stands for the calendar's
- * @refresh_ms: least time between frames
+ * @want: values requested by users; day 0 stands for the present one
+ * @refresh_ms: minimum time between frames
  * @next: when the next frame is due
  * @flushes: struct xhc_flush of the callers that wait for the next frame
- * @work: the one sender of frames
- * @midnight: starts it when the calendar's day changes
+ * @work: the only sender of frames
+ * @midnight: queues it when the day changes
  * @report: the worker's buffer for a feature report, fit for DMA
- * @shown: worker only: payload of the last frame that the pendant has taken
- * @shown_size: worker only: bytes in @shown; 0 when what the pendant shows is not known
- * @failing: worker only: the last frame was not taken, and that is in the log
- * @sending: a frame is on its way, read without a lock
- * @lost: what the pendant shows is not known, set without a lock and cleared by the worker
- * @seed: of the last frame that the pendant has taken, read without a lock; 0 before the first
- * @seed_on_its_way: of the last frame that was begun, read likewise; the same as @seed unless
- *		     that frame is still on its way or was not taken
+ * @shown: worker only: payload of the last frame that the pendant has accepted
+ * @shown_size: worker only: bytes in @shown; 0 if the contents of the LCD are unknown
+ * @failing: worker only: the last frame has failed, and that was logged
+ * @sending: a frame is in flight, read without a lock
+ * @lost: the contents of the LCD are unknown, set without a lock and cleared by the worker
+ * @seed: of the last frame that the pendant has accepted, read without a lock; 0 before the first
+ * @seed_on_its_way: of the last frame that was started, read likewise; the same as @seed unless
+ *		     that frame is still in flight or has failed
  * @returned: reports only: the seed that the last report returned, -1 before the first
  * @returns_seed: reports only: a report has returned the seed that the pendant was sent
- * @answered: reports only: when a report last returned the right seed, or made a frame be sent
+ * @answered: reports only: when a report last returned the right seed, or caused a frame
  */
 struct xhc_dro {
 	struct mutex lock;	/* all up to @flushes */
@@ -140,7 +140,7 @@ struct xhc_dro {
  * struct xhc_device - a pendant
  * @hdev: its HID device
  * @model: what kind of pendant it is
- * @swap_feed_spindle: the unit has these two positions of the selector the other way round
+ * @swap_feed_spindle: the unit has these two positions of the selector swapped
  * @evdev: keys, selector and wheel
  * @dro: the display
  * @pm_nb: called for a system suspend before any device is
