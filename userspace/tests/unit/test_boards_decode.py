@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The decoder of a board's pins: it accepts what the guest sends, and refuses each fault."""
+"""The decoder of a board's lines: it accepts what the guest sends, and refuses each fault."""
 
 import importlib.machinery
 import importlib.util
@@ -27,28 +27,35 @@ def frame(bits, kind, data):
                          '0%db' % decode.CHECK[bits])
 
 
+X = ['x']
+PINS = decode.Pl061
+# line maps of a controller with four lines
+QUAD = (['sync', 'x', 'y', 'z'], ['x', 'y', 'z', 'u'], ['sync', 'x', 'y', 'gate'])
+
+
 def sent():
-    return [frame(*one) for _, frames in decode.stages() for one in frames]
+    return [frame(*one[0][0]) for _, scans in decode.stages(X) for one in scans]
 
 
 def pins(frames):
     """QEMU's trace of these frames."""
-    changes = [(decode.SELECT, 1)]
+    changes = [(PINS.SELECT, 1)]
     for bits in frames:
-        changes.append((decode.SELECT, 0))
+        changes.append((PINS.SELECT, 0))
         for bit in bits:
-            changes += [(decode.SCK, 1), (decode.MOSI, int(bit)), (decode.SCK, 0)]
-        changes.append((decode.SELECT, 1))
+            changes += [(PINS.SCK, 1), (PINS.MOSI, int(bit)), (PINS.SCK, 0)]
+        changes.append((PINS.SELECT, 1))
     return changes
 
 
-def trace(changes):
-    return ['pl061_set_output /machine/unattached/device[6] setting output %d to %d\n' % change
-            for change in changes]
+def judged(source, lines, trace):
+    for text in trace:
+        source.feed(text)
+    return [name for name, why in decode.judge(source, lines) if why]
 
 
 def failures(changes):
-    return [name for name, why in decode.judge(trace(changes)) if why]
+    return judged(decode.Pl061(), X, ['setting output %d to %d\n' % change for change in changes])
 
 
 @pytest.mark.parametrize('code, meaning', EXAMPLES)
@@ -67,11 +74,12 @@ def test_what_the_guest_sends():
 
 
 def test_repetitions():
-    assert not failures(pins([one for one in sent() for _ in range(2)]))
+    assert not failures(pins([one for one in sent()
+                              for _ in range(2 if one[1] == '1' else 1)]))     # no command
 
 
 def test_nothing():
-    assert len(failures([])) == len(list(decode.stages()))
+    assert len(failures([])) == len(list(decode.stages(X)))
 
 
 @pytest.mark.parametrize('at, name', ((2, 'positions-24'), (4, 'command-24'), (500, 'stream-24')))
@@ -110,7 +118,7 @@ def test_bits_at_the_other_edge():
     """In mode 1 a bit is taken at the falling edge; one that changes with it is too late."""
     changes = pins(sent())
     for n, change in enumerate(changes[:-1]):
-        if change[0] == decode.MOSI and changes[n + 1] == (decode.SCK, 0):
+        if change[0] == PINS.MOSI and changes[n + 1] == (PINS.SCK, 0):
             changes[n], changes[n + 1] = changes[n + 1], changes[n]
     assert 'frames' in failures(changes)
 
@@ -119,17 +127,138 @@ def test_mode_0():
     """There a bit comes before the clock rises, and is still there when it falls: only just."""
     changes = pins(sent())
     for n, change in enumerate(changes[:-1]):
-        if change[0] == decode.SCK and change[1] and changes[n + 1][0] == decode.MOSI:
+        if change[0] == PINS.SCK and change[1] and changes[n + 1][0] == PINS.MOSI:
             changes[n], changes[n + 1] = changes[n + 1], changes[n]
     assert failures(changes) == ['signals']
 
 
 def test_clock_without_chip_select():
-    assert failures(pins(sent()) + [(decode.SCK, 1), (decode.SCK, 0)]) == ['signals']
+    assert failures(pins(sent()) + [(PINS.SCK, 1), (PINS.SCK, 0)]) == ['signals']
 
 
 def test_chip_select_while_the_clock_is_high():
     changes = pins(sent())
-    at = changes.index((decode.SELECT, 0))
-    changes.insert(at, (decode.SCK, 1))
+    at = changes.index((PINS.SELECT, 0))
+    changes.insert(at, (PINS.SCK, 1))
     assert 'signals' in failures(changes)
+
+
+# ---- several lines at once ----
+
+def clocks_of(lines, scans, block=7):
+    """Levels of all lines, by time that the chip select is low."""
+    selected = []
+    for n, (frames, gate) in enumerate(scans):
+        texts = dict(zip(decode.axes_of(lines), (frame(*one) for one in frames)))
+        size = len(texts['x'])
+        texts.update(sync='0' * size, gate=str(gate) * size)
+        clocks = [tuple(int(texts[line][at]) for line in lines) for at in range(size)]
+        if 'sync' not in lines:
+            selected.append(clocks)
+            continue
+        last = n % block == block - 1 or n == len(scans) - 1
+        levels = {'sync': 1, 'gate': gate and not last}
+        gap = decode.GAP * [tuple(int(levels.get(line, 0)) for line in lines)]
+        if n % block == 0:
+            selected.append(decode.GAP * [tuple(int(line == 'sync') for line in lines)])
+        selected[-1] += clocks + gap
+    return selected
+
+
+def scans_of(lines):
+    return [scan for _, scans in decode.stages(lines) for scan in scans]
+
+
+def sifive(selected, mode=1, proto=2, hold=True):
+    """QEMU's trace of SiFive's controller: two clocks of four lines are a byte."""
+    def write(address, value):
+        return 'memory_region_ops_write addr 0x%x value 0x%x size 4\n' % (address, value)
+
+    yield write(decode.Sifive.SCKMODE, mode)
+    yield write(decode.Sifive.FMT, 8 << 16 | 8 | proto)
+    for clocks in selected:
+        if hold:
+            yield write(decode.Sifive.CSMODE, 2)
+        for at in range(0, len(clocks), 2):
+            bits = [level for clock in clocks[at:at + 2] for level in reversed(clock)]
+            yield write(decode.Sifive.TXDATA, int(''.join(map(str, bits)), 2))
+        yield write(decode.Sifive.CSMODE, 0)
+
+
+def quad_failures(lines, selected, **options):
+    return judged(decode.Sifive(), lines, sifive(selected, **options))
+
+
+@pytest.mark.parametrize('lines', QUAD)
+def test_what_the_guest_sends_on_four_lines(lines):
+    assert not quad_failures(lines, clocks_of(lines, scans_of(lines)))
+
+
+@pytest.mark.parametrize('lines', QUAD)
+@pytest.mark.parametrize('line', range(4))
+def test_one_wrong_level(lines, line):
+    selected = clocks_of(lines, scans_of(lines))
+    wrong = list(selected[100][8])
+    wrong[line] ^= 1
+    selected[100][8] = tuple(wrong)
+    assert 'frames' in quad_failures(lines, selected)
+
+
+@pytest.mark.parametrize('lines', QUAD)
+def test_two_axes_swapped(lines):
+    other = [{'x': 'y', 'y': 'x'}.get(line, line) for line in lines]
+    selected = [[tuple(clock[other.index(line)] for line in lines) for clock in clocks]
+                for clocks in clocks_of(lines, scans_of(lines))]
+    assert 'stream-24' in quad_failures(lines, selected)
+
+
+@pytest.mark.parametrize('lines', QUAD)
+def test_lost_scan(lines):
+    scans = scans_of(lines)
+    del scans[500]
+    assert quad_failures(lines, clocks_of(lines, scans))[0] == 'stream-24'
+
+
+@pytest.mark.parametrize('lines', QUAD)
+def test_repeated_positions(lines):
+    scans = [again for frames, gate in scans_of(lines)
+             for again in [(frames, gate)] + [(frames, 0)] * (frames[0][1] == 'position')]
+    assert not quad_failures(lines, clocks_of(lines, scans))
+
+
+def test_repeated_command():
+    scans = [again for scan in scans_of(QUAD[0])
+             for again in [scan] * (1 + (scan[0][0][1] == 'command'))]
+    assert 'stream-24' in quad_failures(QUAD[0], clocks_of(QUAD[0], scans))
+
+
+def test_gate_of_a_repetition():
+    scans = scans_of(QUAD[2])
+    at = next(n for n, (_, gate) in enumerate(scans) if gate)
+    scans.insert(at, scans[at])
+    assert 'stream-24' in quad_failures(QUAD[2], clocks_of(QUAD[2], scans))
+
+
+def test_gate_behind_a_block():
+    selected = clocks_of(QUAD[2], scans_of(QUAD[2]))
+    selected[100][-2:] = [tuple(int(level or line == 'gate') for line, level in zip(QUAD[2], clock))
+                          for clock in selected[100][-2:]]
+    assert 'frames' in quad_failures(QUAD[2], selected)
+
+
+@pytest.mark.parametrize('clocks', (0, 1, 3))
+def test_length_of_the_gap(clocks):
+    selected = clocks_of(QUAD[0], scans_of(QUAD[0]))
+    selected[100][26:28] = clocks * [(1, 0, 0, 0)]
+    assert 'frames' in quad_failures(QUAD[0], selected)
+
+
+@pytest.mark.parametrize('options', ({'mode': 0}, {'mode': 3}, {'hold': False}))
+def test_signals_of_the_controller(options):
+    selected = clocks_of(QUAD[0], scans_of(QUAD[0]))
+    assert 'signals' in quad_failures(QUAD[0], selected, **options)
+
+
+def test_on_one_line():
+    selected = clocks_of(QUAD[0], scans_of(QUAD[0]))
+    assert 'frames' in quad_failures(QUAD[0], selected, proto=0)
