@@ -256,6 +256,20 @@ class TestGate(Case):
             assert self.head.scans() == []
 
 
+class TestSettings(Case):
+    def test_refused_before_they_are_set(self):
+        path = os.path.join(self.head.folder, 'scans')
+        self.head.write(path, '0 0\n2 0')
+        for words, says in ((('goto', 'x=67108864'), 'from 0 to 67108863'),
+                            (('goto', 'u=1'), 'no axis u'), (('stream', path), 'line 2')):
+            with case.row(*words):
+                status, _, errors = self.run(*words, '--bits', '32', '--rate', '1000')
+                assert status in (FAILURE, USAGE)
+                assert says in errors
+                assert self.head.read('frame_bits') == '24\n'
+                assert self.head.read('sampling_frequency') == '100000\n'
+
+
 class TestShow(Case):
     def shown(self):
         _, output, _ = self.run('show', '--json')

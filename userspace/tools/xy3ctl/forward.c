@@ -27,6 +27,7 @@ struct forward {
 	long rate;
 	/* IIO */
 	struct head head;
+	struct forward_settings settings;	/* see forward_apply() */
 	int fd;
 	long long underruns;	/* before the stream */
 	long long sent;		/* scans by then, as iio_sent() counts them */
@@ -137,31 +138,37 @@ static int iio_open(struct forward *forward, const struct forward_settings *sett
 		    const char *device)
 {
 	char path[96], label[8];
-	long long bits, rate;
+	long long bits = settings->frame_bits;
 	int status;
 
 	status = find_head(&forward->head, device);
 	if (status)
 		return status;
 	snprintf(forward->name, sizeof(forward->name), "%s", forward->head.name);
-	if (settings->frame_bits) {
-		status = iio_set(forward, "frame_bits", settings->frame_bits);
-		if (status)
-			return status;
-	}
-	if (settings->rate) {
-		status = iio_set(forward, "sampling_frequency", settings->rate);
-		if (status)
-			return status;
-	}
-	if (head_read_iio(&forward->head, "frame_bits", &bits) ||
-	    head_read_iio(&forward->head, "sampling_frequency", &rate))
+	forward->settings = *settings;
+	if (!bits && head_read_iio(&forward->head, "frame_bits", &bits))
 		return cli_no_device("%s has gone", forward->name);
 	forward->axes = head_axes(&forward->head);
 	snprintf(path, sizeof(path), "forward/%s/out_voltage0_label", forward->head.iio);
 	forward->gate = head_read(&forward->head, path, label, sizeof(label)) > 0;
 	/* <linux/xy3.h>: 20 data bits in 24, 26 in 32 */
 	forward->top = bits == 32 ? (1u << 26) - 1 : (1u << 20) - 1;
+	return CLI_OK;
+}
+
+static int iio_apply(struct forward *forward)
+{
+	long long rate;
+	int status = CLI_OK;
+
+	if (forward->settings.frame_bits)
+		status = iio_set(forward, "frame_bits", forward->settings.frame_bits);
+	if (!status && forward->settings.rate)
+		status = iio_set(forward, "sampling_frequency", forward->settings.rate);
+	if (status)
+		return status;
+	if (head_read_iio(&forward->head, "sampling_frequency", &rate))
+		return cli_no_device("%s has gone", forward->name);
 	forward->rate = rate;
 	return CLI_OK;
 }
@@ -306,6 +313,11 @@ int forward_open(struct forward **result, const struct forward_settings *setting
 	}
 	*result = forward;
 	return CLI_OK;
+}
+
+int forward_apply(struct forward *forward)
+{
+	return forward->spidev ? CLI_OK : iio_apply(forward);
 }
 
 void forward_close(struct forward *forward)

@@ -37,6 +37,8 @@ struct forward;
 /* device: name of the head, or NULL for the first one that has a forward channel */
 int forward_open(struct forward **forward, const struct forward_settings *settings,
 		 const char *device);
+/* Set what the settings say. To be called once all else was found to be good, and before a rate. */
+int forward_apply(struct forward *forward);
 void forward_close(struct forward *forward);
 
 const char *forward_name(const struct forward *forward);

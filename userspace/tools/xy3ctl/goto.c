@@ -121,7 +121,7 @@ static int go(const struct settings *settings, struct forward *forward)
 	bool chosen[XY3_AXES] = { 0 };
 	int status;
 
-	/* all of it is looked at before anything moves */
+	/* all of it is looked at before anything is set, or moves */
 	for (unsigned int i = 0; i < settings->count; i++) {
 		const struct place *place = &settings->places[i];
 		int index = index_of(forward, place->axis);
@@ -135,7 +135,9 @@ static int go(const struct settings *settings, struct forward *forward)
 			return status;
 		chosen[index] = true;
 	}
-	status = forward_move(forward, scan, chosen);
+	status = forward_apply(forward);
+	if (!status)
+		status = forward_move(forward, scan, chosen);
 	if (status || !settings->common.json)
 		return status;
 	document = cli_json_new("goto");

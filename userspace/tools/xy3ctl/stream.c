@@ -439,6 +439,8 @@ int stream_verb(int argc, char **argv)
 	scans.shape_gate = settings.gate;
 	status = scans_check(&scans);
 	if (!status)
+		status = forward_apply(forward);
+	if (!status)
 		status = make_gate(&settings, forward, &gate);
 	if (!status)
 		status = make_path(&settings, forward, &scans.path);
