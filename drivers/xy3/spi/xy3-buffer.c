@@ -29,12 +29,12 @@ static u32 xy3_clamp_code(u32 code, u32 max)
  * Lay the channels that were written over the positions of those that are not in the buffer, which
  * are the same from the start of a stream to its end. @position becomes the last scan.
  */
-static void xy3_spread_channels(struct xy3_iio *iio, size_t scans, u32 *position)
+static void xy3_spread_channels(struct xy3_iio *iio, const __le32 *in, size_t scans,
+				u32 *position)
 {
 	const unsigned long *mask = iio->buffer.scan_mask;
 	unsigned int axes = iio->stream.map.axes;
 	u32 max = xy3_code_max(&iio->stream.map);
-	const __le32 *in = iio->input;
 	u32 *out = iio->codes;
 	u64 clamped = 0;
 
@@ -57,31 +57,44 @@ static void xy3_spread_channels(struct xy3_iio *iio, size_t scans, u32 *position
 		xy3_stream_count_clamped(&iio->stream, clamped);
 }
 
-/* Fill one block, or what is left of it. Return the bytes taken; 0 when all of it has no room. */
-static ssize_t xy3_fill_block(struct xy3_iio *iio, size_t size, const char __user *data)
+/* Fill one block, or what is left of it. Return the scans taken; 0 when @wanted have no room. */
+static ssize_t xy3_fill_block(struct xy3_iio *iio, const __le32 *in, size_t scans, size_t wanted)
 {
 	struct xy3_stream *stream = &iio->stream;
-	size_t each = iio->buffer.bytes_per_datum;
 	struct xy3_block *block;
-	ssize_t taken;
-	size_t scans;
 
-	block = xy3_stream_take(stream, size / each);
+	block = xy3_stream_take(stream, wanted);
 	if (IS_ERR_OR_NULL(block))
 		return PTR_ERR_OR_ZERO(block);
 
-	scans = min_t(size_t, block->scans_max - block->scans, size / each);
-	taken = scans * each;
-	if (copy_from_user(iio->input, data, taken)) {
-		taken = -EFAULT;
-	} else {
-		xy3_spread_channels(iio, scans, block->position);
-		xy3_stream_encode(stream, iio->codes, scans,
-				  block->data + block->scans * xy3_stream_scan_size(stream));
-		block->scans += scans;
-	}
+	scans = min_t(size_t, block->scans_max - block->scans, scans);
+	xy3_spread_channels(iio, in, scans, block->position);
+	xy3_stream_encode(stream, iio->codes, scans,
+			  block->data + block->scans * xy3_stream_scan_size(stream));
+	block->scans += scans;
 	xy3_stream_give(stream, block);
-	return taken;
+	return scans;
+}
+
+/* The next scans of a write, out of all that are @wanted. Return the bytes taken. */
+static ssize_t xy3_write_piece(struct xy3_iio *iio, size_t each, size_t wanted,
+			       const char __user *data)
+{
+	size_t scans = min_t(size_t, wanted, XY3_BLOCK_SCANS_MAX), done = 0;
+	ssize_t part;
+
+	/* a page may be long in coming, and the end of a stream must not wait for it: no lock */
+	if (copy_from_user(iio->input, data, scans * each))
+		return -EFAULT;
+	guard(mutex)(&iio->lock);
+	while (done < scans) {
+		part = xy3_fill_block(iio, (void *)iio->input + done * each, scans - done,
+				      wanted - done);
+		if (part <= 0)
+			return done ? done * each : part;
+		done += part;
+	}
+	return done * each;
 }
 
 /*
@@ -91,26 +104,30 @@ static ssize_t xy3_fill_block(struct xy3_iio *iio, size_t size, const char __use
 static int xy3_buffer_write(struct iio_buffer *buffer, size_t size, const char __user *data)
 {
 	struct xy3_iio *iio = xy3_from_buffer(buffer);
-	ssize_t part, done = 0;
+	ssize_t part = 0, done = 0;
 	size_t each;
 
-	guard(mutex)(&iio->lock);
-	each = buffer->bytes_per_datum;
-	if (!each || !size || size % each)
-		return -EINVAL;
-	/* the IIO core calls again with the rest; the lock is free in between */
-	size = min(size, xy3_stream_write_max(&iio->stream) * each);
-	xy3_stream_begin_write(&iio->stream);
-	while (done < size) {
-		part = xy3_fill_block(iio, size - done, data + done);
+	if (mutex_lock_killable(&iio->writer))
+		return -EINTR;
+	scoped_guard(mutex, &iio->lock) {
+		each = buffer->bytes_per_datum;
+		if (!each || !size || size % each)
+			part = -EINVAL;
+		/* the IIO core calls again with the rest; others write in between */
+		size = min(size, xy3_stream_write_max(&iio->stream) * each);
+		xy3_stream_begin_write(&iio->stream);
+	}
+	while (part >= 0 && done < size) {
+		part = xy3_write_piece(iio, each, (size - done) / each, data + done);
 		/* aborted: all of it was taken, and dropped */
 		if (part == -ECANCELED)
-			return size;
+			part = size - done;
 		if (part <= 0)
-			return done ?: part;
+			break;
 		done += part;
 	}
-	return done;
+	mutex_unlock(&iio->writer);
+	return done ?: part;
 }
 
 static size_t xy3_buffer_space(struct iio_buffer *buffer)

@@ -231,7 +231,7 @@ static int xy3_predisable(struct iio_dev *indio_dev)
 {
 	struct xy3_iio *iio = iio_priv(indio_dev);
 
-	/* a write that is going on may finish */
+	/* a piece of a write that is going on may finish */
 	guard(mutex)(&iio->lock);
 	xy3_stream_stop(&iio->stream);
 	return 0;
@@ -318,6 +318,7 @@ struct iio_dev *xy3_iio_register(struct spi_device *spi, const struct xy3_line_m
 		return ERR_PTR(-ENOMEM);
 	iio = iio_priv(indio_dev);
 	iio->dev = &indio_dev->dev;
+	mutex_init(&iio->writer);
 	mutex_init(&iio->lock);
 	iio->stream.spi = spi;
 	iio->stream.map = *map;

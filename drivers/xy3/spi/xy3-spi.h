@@ -162,7 +162,7 @@ enum xy3_stream_stat {
  * @repeating: the block that was queued last repeats a position
  * @notify_at: @underrun is not to run before that, in jiffies
  * @leaving: it ends for good: what is written is dropped, and no more is taken
- * @aborted: the rest of the write that is going on is dropped
+ * @aborted: the rest of the write that is going on is dropped; it may be one to the stream before
  * @error: of the controller; nothing more is sent until the stream is started anew
  * @write_max: scans that are taken whole, or not at all; half of all blocks have room for them
  * @wanted: scans of the write that has found no room
@@ -327,17 +327,19 @@ void xy3_debugfs_exit(void);
  * @buffer: what is written to it goes into blocks
  * @access: what @buffer can do; its files may outlive the module
  * @stream: the stream
- * @lock: held while something is written to @buffer, and while settings are changed
+ * @writer: held by one write() at a time, over page faults, too; protects @input
+ * @lock: held while blocks are filled, and while settings are changed; inside of @writer
  * @rates: the lowest rate, a step, and the highest rate, as user space asks for them
  * @channels: one for each axis of the line map, and one for its gate
  * @input: what user space has written, before it is encoded
- * @codes: the same with the channels that are no part of it
+ * @codes: the same with the channels that are no part of the buffer
  */
 struct xy3_iio {
 	struct device *dev;
 	struct iio_buffer buffer;
 	struct iio_buffer_access_funcs access;
 	struct xy3_stream stream;
+	struct mutex writer;	/* see above */
 	struct mutex lock;	/* see above */
 	int rates[3];
 	struct iio_chan_spec channels[XY3_COLUMNS_MAX];

@@ -157,6 +157,7 @@ int xy3_stream_start(struct xy3_stream *stream)
 	stream->running = true;
 	stream->primed = false;
 	stream->closed = false;
+	stream->aborted = true;
 	stream->wanted = 0;
 	stream->error = 0;
 	stream->achieved = 0;

@@ -5,9 +5,14 @@ What does not depend on libiio, udev or the kernel is tested in User Mode Linux 
 """
 
 import array
+import ctypes
+import fcntl
+import mmap
 import os
 import re
+import struct
 import subprocess
+import threading
 
 import pytest
 from harness import BIND_TIME, command, module_loaded, read_file, settle, unload_modules, wait_for
@@ -105,6 +110,50 @@ def test_stty_moves_head_and_uart():
             assert sim('rate') == str(rate)
             assert '\nspeed %d\n' % rate in sim('uart'), sim('uart')
             wait_for(lambda: read_file(head.path('in_sync')) == '1\n', 'sync', BIND_TIME)
+
+
+# --- a writer whose memory another program supplies ---------------------------------------------
+
+SYS_USERFAULTFD = {'x86_64': 323, 'aarch64': 282}[os.uname().machine]
+UFFDIO_API, UFFDIO_REGISTER = 0xc018aa3f, 0xc020aa00
+UFFD_API, REGISTER_MODE_MISSING = 0xaa, 1
+
+
+def missing_page():
+    """-> a page that a read of waits for, and the file that ends this when it is closed"""
+    page = mmap.mmap(-1, mmap.PAGESIZE)
+    fault = ctypes.CDLL(None, use_errno=True).syscall(SYS_USERFAULTFD, os.O_CLOEXEC)
+    assert fault >= 0, os.strerror(ctypes.get_errno())
+    fcntl.ioctl(fault, UFFDIO_API, struct.pack('3Q', UFFD_API, 0, 0))
+    address = ctypes.addressof(ctypes.c_char.from_buffer(page))
+    fcntl.ioctl(fault, UFFDIO_REGISTER,
+                struct.pack('4Q', address, mmap.PAGESIZE, REGISTER_MODE_MISSING, 0))
+    return page, fault
+
+
+def test_writer_without_its_page():
+    """A write() that waits for its page keeps nothing: the stream ends, and the driver goes."""
+    with VirtualHead(lines=4, framing='line') as head:
+        head.start()
+        fd = os.open(head.buffer, os.O_WRONLY)
+        page, fault = missing_page()
+        try:
+            size = 100 * 4 * head.axes
+            writer = threading.Thread(target=error_name, daemon=True,
+                                      args=(os.write, fd, memoryview(page)[:size]))
+            writer.start()
+            wait_for(lambda: 'userfault' in read_file('/proc/self/task/%d/wchan' %
+                                                      writer.native_id), 'the fault', BIND_TIME)
+            for text, path in (('0', head.iio + '/buffer/enable'),
+                               (os.path.basename(head.spi), DRIVER + '/unbind')):
+                end = subprocess.Popen(['sh', '-c', 'echo %s > %s' % (text, path)])
+                wait_for(lambda end=end: end.poll() is not None, path, BIND_TIME)
+                assert end.returncode == 0, path
+        finally:
+            os.close(fault)
+            writer.join(BIND_TIME)
+            os.close(fd)
+        assert not writer.is_alive()
 
 
 # --- removal -----------------------------------------------------------------------------------
