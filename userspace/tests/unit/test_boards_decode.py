@@ -262,3 +262,44 @@ def test_signals_of_the_controller(options):
 def test_on_one_line():
     selected = clocks_of(QUAD[0], scans_of(QUAD[0]))
     assert 'frames' in quad_failures(QUAD[0], selected, proto=0)
+
+
+# ---- one line, by a controller's registers ----
+
+def write_of(address, value):
+    return 'addr 0x%x value 0x%x\n' % (address, value)
+
+
+def imx(frames, config=0x101, gpio=True):
+    """CPHA is bit 0, CPOL bit 4, and bit 8 makes the chip select move between words."""
+    gpio3 = decode.Imx.GPIO3
+    yield from (write_of(gpio3, 0), write_of(gpio3, 1 << 19))   # not driven yet, then not selected
+    yield write_of(decode.Imx.CONFIG, config)
+    for bits in frames:
+        if gpio:
+            yield write_of(gpio3, 0)
+        yield write_of(decode.Imx.CONTROL, len(bits) - 1 << 20)
+        yield write_of(decode.Imx.TXDATA, int(bits, 2))
+        yield write_of(gpio3, 1 << 19)
+
+
+ONE_LINE = ((decode.Imx, imx), (decode.ImxWord, imx))
+
+
+@pytest.mark.parametrize('source, trace', ONE_LINE)
+def test_what_the_guest_sends_by_registers(source, trace):
+    assert not judged(source(), X, trace(sent()))
+
+
+@pytest.mark.parametrize('source, trace', ONE_LINE)
+def test_lost_frame_by_registers(source, trace):
+    frames = sent()
+    del frames[500]
+    assert judged(source(), X, trace(frames))[0] == 'stream-24'
+
+
+@pytest.mark.parametrize('source, trace, options', (
+    (decode.Imx, imx, {'config': 0x100}), (decode.Imx, imx, {'config': 0x111}),
+    (decode.Imx, imx, {'gpio': False}), (decode.ImxWord, imx, {'config': 1})))
+def test_signals_by_registers(source, trace, options):
+    assert 'signals' in judged(source(), X, trace(sent(), **options))
