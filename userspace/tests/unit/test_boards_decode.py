@@ -283,7 +283,19 @@ def imx(frames, config=0x101, gpio=True):
         yield write_of(gpio3, 1 << 19)
 
 
-ONE_LINE = ((decode.Imx, imx), (decode.ImxWord, imx))
+def bcm2835(frames, control=0x84, gpio=True):
+    """CPHA is bit 2, CPOL bit 3, and bit 7 is that of a transfer."""
+    yield write_of(decode.Bcm2835.SET, 1 << 8)
+    yield write_of(decode.Bcm2835.CONTROL, control)
+    for bits in frames:
+        if gpio:
+            yield write_of(decode.Bcm2835.CLEAR, 1 << 8)
+        for at in range(0, len(bits), 8):
+            yield write_of(decode.Bcm2835.FIFO, int(bits[at:at + 8], 2))
+        yield write_of(decode.Bcm2835.SET, 1 << 8)
+
+
+ONE_LINE = ((decode.Imx, imx), (decode.ImxWord, imx), (decode.Bcm2835, bcm2835))
 
 
 @pytest.mark.parametrize('source, trace', ONE_LINE)
@@ -300,6 +312,8 @@ def test_lost_frame_by_registers(source, trace):
 
 @pytest.mark.parametrize('source, trace, options', (
     (decode.Imx, imx, {'config': 0x100}), (decode.Imx, imx, {'config': 0x111}),
-    (decode.Imx, imx, {'gpio': False}), (decode.ImxWord, imx, {'config': 1})))
+    (decode.Imx, imx, {'gpio': False}), (decode.ImxWord, imx, {'config': 1}),
+    (decode.Bcm2835, bcm2835, {'control': 0x80}), (decode.Bcm2835, bcm2835, {'control': 0x8c}),
+    (decode.Bcm2835, bcm2835, {'control': 4}), (decode.Bcm2835, bcm2835, {'gpio': False})))
 def test_signals_by_registers(source, trace, options):
     assert 'signals' in judged(source(), X, trace(sent(), **options))
