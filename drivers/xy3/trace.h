@@ -30,7 +30,7 @@ TRACE_EVENT(xy3_packet,
 		  __print_hex(__get_dynamic_array(payload), __get_dynamic_array_len(payload)))
 );
 
-/* Sync was lost or found; dropped is the number of bytes so far that are part of no packet */
+/* Sync was lost or found; dropped is the total number of bytes that are not part of a packet */
 TRACE_EVENT(xy3_sync,
 	TP_PROTO(unsigned int number, bool in_sync, u64 dropped),
 	TP_ARGS(number, in_sync, dropped),
@@ -48,7 +48,7 @@ TRACE_EVENT(xy3_sync,
 		  __entry->dropped)
 );
 
-/* Command frames on their way to the head; error is what the forward channel said of them */
+/* Command frames on their way to the head; error is the result from the forward channel */
 TRACE_EVENT(xy3_frame,
 	TP_PROTO(unsigned int number, const u8 *frames, size_t size, int error),
 	TP_ARGS(number, frames, size, error),

@@ -24,7 +24,7 @@ static void xy3_back_bytes(struct xy3_head *head, const u8 *data, size_t size)
 		xy3_back_packet(head, &packet);
 }
 
-/* @flags may be NULL: all is well. What a UART has flagged is no data. */
+/* @flags may be NULL: no errors. Bytes that the UART has flagged are dropped. */
 static void xy3_back_flagged(struct xy3_head *head, const u8 *data, const u8 *flags, size_t size)
 {
 	size_t good, bad;
@@ -51,13 +51,13 @@ static void xy3_back_flagged(struct xy3_head *head, const u8 *data, const u8 *fl
 }
 
 /**
- * xy3_back_receive() - data have come from the head
+ * xy3_back_receive() - process data from the head
  * @back: the backchannel
  * @data: the data
- * @flags: for each byte 0, or how it was damaged (TTY_PARITY and so on); NULL when none was
- * @size: how many bytes
+ * @flags: for each byte 0, or its error (TTY_PARITY and so on); NULL if there was none
+ * @size: number of bytes
  *
- * To be called for one piece of data after another, and from where one may sleep.
+ * Context: sleeps. Calls for one backchannel must be serialised.
  */
 void xy3_back_receive(struct xy3_back *back, const u8 *data, const u8 *flags, size_t size)
 {

@@ -2,8 +2,8 @@
 /*
  * XY3-100 compatible laser scanheads: the module
  *
- * A head talks back on a UART: who it is, how warm it is, what is wrong. The UART comes by a line
- * discipline or as a serdev; /dev/xy3-<n>, sysfs, hwmon and uevents show what it says.
+ * A head reports its identity, temperatures and errors on a UART, which is attached by a line
+ * discipline or as a serdev; /dev/xy3-<n>, sysfs, hwmon and uevents show what it reports.
  */
 
 #include <linux/init.h>

@@ -10,7 +10,7 @@
 #include "trace.h"
 #include "xy3.h"
 
-/* More than fits into any write(), so that the write() is what fails */
+/* More than fits into any write(), so that the write() fails */
 #define XY3_ROOM_WITHOUT_END	65536
 
 static int xy3_send_frame(struct xy3_head *head, const u8 *frame, size_t size)
@@ -25,16 +25,16 @@ static int xy3_send_frame(struct xy3_head *head, const u8 *frame, size_t size)
 }
 
 /**
- * xy3_send_frames() - send command frames, as many as there is room for
+ * xy3_send_frames() - send as many command frames as there is room for
  * @head: the head
  * @frames: whole command frames, 3 or 4 bytes each
  * @size: bytes of all of them
  *
- * May be called in any context.
+ * Context: any.
  *
- * Return: bytes of the frames that were taken, whole ones, from the first on; 0 when there is no
- * room for any. -EINVAL when there is anything but whole command frames with good parity, and then
- * none is sent; -ENODEV without a forward channel, or its error, when this befalls the first.
+ * Return: bytes of the complete frames that were accepted, from the first on; 0 if there is no
+ * room for any. -EINVAL if @frames holds anything but complete command frames with good parity;
+ * then none is sent. -ENODEV without a forward channel, or its error, if the first frame fails.
  */
 ssize_t xy3_send_frames(struct xy3_head *head, const u8 *frames, size_t size)
 {
@@ -58,10 +58,10 @@ ssize_t xy3_send_frames(struct xy3_head *head, const u8 *frames, size_t size)
 }
 
 /**
- * xy3_forward_room() - how many command frames there is room for
+ * xy3_forward_room() - number of command frames that there is room for
  * @head: the head
  *
- * Return: the number; also a large one when to send a frame would be an error.
+ * Return: the number; a large one if sending a frame would fail.
  */
 unsigned int xy3_forward_room(struct xy3_head *head)
 {
@@ -76,7 +76,7 @@ unsigned int xy3_forward_room(struct xy3_head *head)
  * @head: the head
  * @command: XY3_COMMAND_*, with its axes
  *
- * Return: 0; -EAGAIN when there is no room for it; or an error as of xy3_send_frames().
+ * Return: 0, -EAGAIN if there is no room for it, or an error of xy3_send_frames().
  */
 int xy3_send_command(struct xy3_head *head, u32 command)
 {
@@ -91,9 +91,9 @@ int xy3_send_command(struct xy3_head *head, u32 command)
 }
 
 /**
- * xy3_forward_unpack() - take a command frame apart, for a forward channel
- * @frame: what its command() was given
- * @size: its bytes
+ * xy3_forward_unpack() - decode a command frame, for a forward channel
+ * @frame: the frame passed to its command()
+ * @size: bytes in @frame
  *
  * Return: XY3_COMMAND_*, with its axes.
  */

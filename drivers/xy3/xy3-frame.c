@@ -42,11 +42,11 @@ static bool xy3_decode32(u32 bits, struct xy3_frame *frame)
 /**
  * xy3_decode_frame() - read the frame at the start of some bytes
  * @raw: the bytes, most significant first
- * @size: how many there are, at least 1
- * @frame: what it is
+ * @size: number of bytes, at least 1
+ * @frame: the frame read
  *
- * Of a torn frame only the size is known. Of a command the bits over its 20 count for the
- * parity and mean nothing else.
+ * For a torn frame only the size is set. The bits of a command above its 20 only count for the
+ * parity.
  */
 void xy3_decode_frame(const u8 *raw, size_t size, struct xy3_frame *frame)
 {
@@ -72,7 +72,7 @@ void xy3_decode_frame(const u8 *raw, size_t size, struct xy3_frame *frame)
 
 /**
  * xy3_encode_command() - make a 24-bit command frame
- * @command: XY3_COMMAND_*, with axes where it takes them; bits over the 20 are ignored
+ * @command: XY3_COMMAND_*, with axes where it takes them; bits above 20 are ignored
  * @raw: the frame
  */
 void xy3_encode_command(u32 command, u8 raw[XY3_FRAME24_SIZE])
@@ -81,10 +81,10 @@ void xy3_encode_command(u32 command, u8 raw[XY3_FRAME24_SIZE])
 }
 
 /**
- * xy3_rate() - a rate that the backchannel can have
+ * xy3_rate() - a rate that the backchannel supports
  * @index: 0 for the lowest
  *
- * Return: the rate in bit/s; 0 when there are no more.
+ * Return: the rate in bit/s, 0 after the last one.
  */
 unsigned int xy3_rate(unsigned int index)
 {
@@ -95,7 +95,7 @@ unsigned int xy3_rate(unsigned int index)
  * xy3_rate_command() - the command that sets a rate of the backchannel
  * @rate: in bit/s
  *
- * Return: XY3_COMMAND_RATE_*, or -EINVAL when the backchannel cannot have this rate.
+ * Return: XY3_COMMAND_RATE_*, or -EINVAL if the backchannel does not support this rate.
  */
 int xy3_rate_command(unsigned int rate)
 {
@@ -125,11 +125,11 @@ static int xy3_axis_of(char letter)
 }
 
 /**
- * xy3_parse_axes() - read which axes a command is for
+ * xy3_parse_axes() - read the axes of a command
  * @text: letters out of xyzuw; nothing or "all" for all axes; white space around them is ignored
  * @axes: XY3_COMMAND_AXIS() of each, by |; 0 for all
  *
- * Return: 0, or -EINVAL when @text is anything else.
+ * Return: 0, or -EINVAL if @text is anything else.
  */
 int xy3_parse_axes(const char *text, u32 *axes)
 {
@@ -154,7 +154,7 @@ int xy3_parse_axes(const char *text, u32 *axes)
 
 /**
  * xy3_parse_switch() - read "on" or "off" and which axes it is for
- * @text: on or off, then nothing, or white space and what xy3_parse_axes() takes
+ * @text: on or off, optionally followed by white space and axes as for xy3_parse_axes()
  * @on: which of the two
  * @axes: as xy3_parse_axes()
  *

@@ -7,7 +7,7 @@
  * P is 1 for a position, 0 for a command; p counts the ones among D. A command has 20 bits, in a
  * 32-bit frame at D19..D0 with D25..D20 zero. Frames travel most significant byte first.
  *
- * Pure functions over bytes: nothing here allocates, sleeps or knows a device.
+ * Pure functions over bytes, without allocation, sleeping or a device.
  */
 #ifndef XY3_FRAME_H
 #define XY3_FRAME_H
@@ -31,10 +31,10 @@
 #define XY3_CODE32_MAX		FIELD_MAX(XY3_FRAME32_DATA)
 
 /**
- * enum xy3_frame_verdict - what a receiver says of a frame
+ * enum xy3_frame_verdict - how a receiver classifies a frame
  * @XY3_FRAME_POSITION: a position
  * @XY3_FRAME_COMMAND: a command
- * @XY3_FRAME_TORN: fewer bytes than its first bit says
+ * @XY3_FRAME_TORN: fewer bytes than its first bit requires
  * @XY3_FRAME_BAD_PARITY: the count of ones is wrong
  */
 enum xy3_frame_verdict {
@@ -46,9 +46,9 @@ enum xy3_frame_verdict {
 
 /**
  * struct xy3_frame - a frame
- * @verdict: what it is
+ * @verdict: its class
  * @size: its bytes, XY3_FRAME24_SIZE or XY3_FRAME32_SIZE
- * @data: D, 20 or 26 bits; of a command always 20
+ * @data: D, 20 or 26 bits; always 20 for a command
  */
 struct xy3_frame {
 	enum xy3_frame_verdict verdict;
@@ -74,7 +74,7 @@ static inline u32 xy3_frame32(u32 data)
 void xy3_decode_frame(const u8 *raw, size_t size, struct xy3_frame *frame);
 void xy3_encode_command(u32 command, u8 raw[XY3_FRAME24_SIZE]);
 
-/* Rates of the backchannel in bit/s, ascending; 0 behind the last */
+/* Rates of the backchannel in bit/s, ascending; 0 after the last one */
 unsigned int xy3_rate(unsigned int index);
 bool xy3_is_rate(unsigned int rate);
 int xy3_rate_command(unsigned int rate);

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * XY3-100 scanhead: heads, and how their two transports find each other
+ * XY3-100 scanhead: heads, and how their two channels are joined
  *
- * A head is there as long as it has a backchannel, a forward channel, or both. Firmware may say
- * which two belong together: the backchannel's property lasia,forward points to the forward
- * channel. Else a new transport goes where the choice of the class attribute "attach" sends it:
- * by default to the lowest-numbered head that lacks it, or it makes a head.
+ * A head exists as long as it has a backchannel, a forward channel, or both. Firmware may define
+ * which two belong together: the property lasia,forward of the backchannel points to the forward
+ * channel. Otherwise a new channel joins the head chosen by the class attribute "attach": by
+ * default the lowest-numbered head that lacks it, or a new head.
  */
 
 #include <linux/err.h>
@@ -22,12 +22,12 @@ static bool autobaud;
 module_param(autobaud, bool, 0644);
 MODULE_PARM_DESC(autobaud, "New heads search for the rate of their backchannel (default: N)");
 
-/* Protects the head of each forward channel where that says it has room */
+/* Protects the head of each forward channel while that reports room */
 static DEFINE_SPINLOCK(xy3_room_lock);
 
-/* Serialises all that attaches or detaches; protects the list and the choice */
+/* Serialises attaching and detaching; protects the list and the choice */
 static DEFINE_MUTEX(xy3_join_lock);
-static LIST_HEAD(xy3_heads);	/* by rising number */
+static LIST_HEAD(xy3_heads);	/* in ascending order of numbers */
 
 static enum xy3_choice {
 	XY3_CHOICE_AUTO,
@@ -50,7 +50,7 @@ static struct class xy3_class = {
 /* ---- the choice ---- */
 
 /**
- * xy3_choice_show() - where the next transport goes
+ * xy3_choice_show() - show the head of the next channel
  * @buf: a page for the text
  *
  * Return: length of the text.
@@ -69,10 +69,10 @@ int xy3_choice_show(char *buf)
 }
 
 /**
- * xy3_choice_store() - choose where the next transport goes, if firmware does not say
+ * xy3_choice_store() - choose the head of the next channel, unless firmware defines it
  * @buf: auto, new, or xy3-<n>
  *
- * Return: 0, or -EINVAL when it is something else.
+ * Return: 0, or -EINVAL for anything else.
  */
 int xy3_choice_store(const char *buf)
 {
@@ -101,13 +101,13 @@ static bool xy3_lacks(const struct xy3_head *head, enum xy3_side side)
 	return side == XY3_BACK ? !head->back : !head->forward;
 }
 
-/* Firmware has promised this head's forward channel to another one */
+/* Firmware has assigned the forward channel of this head to another one */
 static bool xy3_reserved(const struct xy3_head *head, enum xy3_side side)
 {
 	return side == XY3_FORWARD && head->back && head->back->partner;
 }
 
-/* The head that a transport joins without a word from firmware; NULL for a new one */
+/* The head that a channel joins unless firmware defines one; NULL for a new one */
 static struct xy3_head *xy3_choose(enum xy3_side side)
 {
 	enum xy3_choice choice = xy3_choice;
@@ -154,7 +154,7 @@ static bool xy3_number_is_free(unsigned int number)
 	return xy3_tty_is_free(number);
 }
 
-/* The lowest number that is free */
+/* The lowest free number */
 static int xy3_new_number(void)
 {
 	for (unsigned int number = 0; number < XY3_HEADS_MAX; number++)
@@ -163,7 +163,7 @@ static int xy3_new_number(void)
 	return -ENOSPC;
 }
 
-/* Take away what user space has of a head, and stop what it may have started by that */
+/* Remove the interfaces of a head to user space, and stop what was started through them */
 static void xy3_head_unregister(struct xy3_head *head)
 {
 	scoped_guard(mutex, &head->lock)
@@ -173,7 +173,7 @@ static void xy3_head_unregister(struct xy3_head *head)
 	xy3_hwmon_remove(head);
 	xy3_tty_remove(head);
 	device_del(&head->dev);
-	/* the attributes and the tty are gone, so nothing can queue these again */
+	/* without the attributes and the tty, nothing can queue these again */
 	cancel_delayed_work_sync(&head->autobaud.work);
 	cancel_work_sync(&head->rate_request);
 	put_device(&head->dev);
@@ -217,7 +217,7 @@ static struct xy3_head *xy3_head_new(void)
 	return head;
 }
 
-/* The last transport has gone */
+/* The last channel was removed */
 static void xy3_head_remove(struct xy3_head *head)
 {
 	list_del(&head->node);
@@ -226,7 +226,7 @@ static void xy3_head_remove(struct xy3_head *head)
 
 /* ---- transports ---- */
 
-/* A transport is about to be detached, under rate_lock, which a change of the rate may hold */
+/* A channel is about to be detached, under rate_lock, which a change of the rate may hold */
 static void xy3_interrupt_rate_change(struct xy3_head *head)
 {
 	WRITE_ONCE(head->detaching, true);
@@ -234,8 +234,8 @@ static void xy3_interrupt_rate_change(struct xy3_head *head)
 }
 
 /*
- * The head's directory shows which devices its transports are. That is for tools alone: when there
- * is no memory for a link, all else goes on without.
+ * The directory of the head has links to the devices of its channels. They are for tools only: if
+ * there is no memory for a link, continue without.
  */
 static void xy3_link(struct xy3_head *head, struct device *dev, const char *name)
 {
@@ -243,7 +243,7 @@ static void xy3_link(struct xy3_head *head, struct device *dev, const char *name
 		dev_dbg(&head->dev, "no link %s\n", name);
 }
 
-/* The forward channel that firmware has written down for a backchannel */
+/* The forward channel that firmware defines for a backchannel */
 static struct fwnode_handle *xy3_back_partner(const struct xy3_back *back)
 {
 	struct fwnode_handle *partner;
@@ -254,7 +254,7 @@ static struct fwnode_handle *xy3_back_partner(const struct xy3_back *back)
 	return IS_ERR(partner) ? NULL : partner;
 }
 
-/* Firmware says so; else the order is what the user has set */
+/* Set by firmware; otherwise the user has set the order */
 static bool xy3_back_big_endian(const struct xy3_back *back)
 {
 	return back->dev && device_property_read_bool(back->dev, "big-endian");
@@ -285,13 +285,13 @@ static struct xy3_head *xy3_head_for_forward(const struct xy3_forward *forward)
 }
 
 /**
- * xy3_back_attach() - a backchannel comes: join it with a head
+ * xy3_back_attach() - attach a backchannel to a head
  * @back: the backchannel; ops, dev and rate are filled in
  *
- * From now on its data may be given to xy3_back_receive(), one piece after another.
+ * From now on its data may be passed to xy3_back_receive().
  *
- * Return: 0; -ENODEV or -EBUSY when the head that was named is not there or has a backchannel;
- * -ENOSPC when there are XY3_HEADS_MAX heads; or another error of making a head.
+ * Return: 0; -ENODEV or -EBUSY if the chosen head does not exist or has a backchannel; -ENOSPC
+ * if there are XY3_HEADS_MAX heads; or another error of creating a head.
  */
 int xy3_back_attach(struct xy3_back *back)
 {
@@ -324,8 +324,8 @@ int xy3_back_attach(struct xy3_back *back)
 }
 
 /**
- * xy3_back_detach() - a backchannel goes
- * @back: the backchannel; none of its data is on its way to xy3_back_receive()
+ * xy3_back_detach() - detach a backchannel
+ * @back: the backchannel; xy3_back_receive() is not running for it
  */
 void xy3_back_detach(struct xy3_back *back)
 {
@@ -353,10 +353,10 @@ void xy3_back_detach(struct xy3_back *back)
 }
 
 /**
- * xy3_forward_attach() - a forward channel comes: join it with a head
+ * xy3_forward_attach() - attach a forward channel to a head
  * @forward: the forward channel; ops and dev are filled in
  *
- * Return: 0, or an error as of xy3_back_attach().
+ * Return: 0, or an error of xy3_back_attach().
  */
 int xy3_forward_attach(struct xy3_forward *forward)
 {
@@ -381,8 +381,8 @@ int xy3_forward_attach(struct xy3_forward *forward)
 EXPORT_SYMBOL_GPL(xy3_forward_attach);
 
 /**
- * xy3_forward_detach() - a forward channel goes
- * @forward: the forward channel; its ops are not called any more on return
+ * xy3_forward_detach() - detach a forward channel
+ * @forward: the forward channel; its ops are no longer called after return
  */
 void xy3_forward_detach(struct xy3_forward *forward)
 {
@@ -406,10 +406,13 @@ void xy3_forward_detach(struct xy3_forward *forward)
 EXPORT_SYMBOL_GPL(xy3_forward_detach);
 
 /**
- * xy3_forward_has_room() - there is room for command frames again
+ * xy3_forward_has_room() - report room for command frames
  * @forward: the forward channel; it need not be attached
  *
- * To be called after command() was -EAGAIN, and whenever there is more room. In any context.
+ * Call it when there is room after command() has returned -EAGAIN, and whenever there is more
+ * room.
+ *
+ * Context: any.
  */
 void xy3_forward_has_room(struct xy3_forward *forward)
 {
@@ -430,7 +433,7 @@ int __init xy3_head_init(void)
 }
 
 /**
- * xy3_head_exit() - unregister the class; there are no heads any more
+ * xy3_head_exit() - unregister the class; no heads are left
  */
 void xy3_head_exit(void)
 {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * XY3-100 scanhead: hwmon - the thermometers that the head has, in millidegrees Celsius
+ * XY3-100 scanhead: hwmon - the temperature sensors of the head, in millidegrees Celsius
  */
 
 #include <linux/bitops.h>
@@ -76,11 +76,11 @@ static const struct hwmon_chip_info xy3_hwmon_chip = {
 };
 
 /**
- * xy3_hwmon_update() - show these thermometers
+ * xy3_hwmon_update() - update the set of temperature sensors
  * @head: the head; the only caller is the worker of its events
- * @thermometers: components, by bit; once shown they stay
+ * @thermometers: components, by bit; components are never removed
  *
- * The attributes of a hwmon device are fixed, so a new one takes its place.
+ * The attributes of a hwmon device are fixed, so a new device replaces it.
  */
 void xy3_hwmon_update(struct xy3_head *head, u32 thermometers)
 {
@@ -93,14 +93,14 @@ void xy3_hwmon_update(struct xy3_head *head, u32 thermometers)
 	hwmon = hwmon_device_register_with_info(&head->dev, "xy3", head, &xy3_hwmon_chip, NULL);
 	if (IS_ERR(hwmon)) {
 		dev_warn_once(&head->dev, "no hwmon device: %pe\n", hwmon);
-		head->hwmon_thermometers = 0;	/* and another try with the next event */
+		head->hwmon_thermometers = 0;	/* try again with the next event */
 		return;
 	}
 	head->hwmon = hwmon;
 }
 
 /**
- * xy3_hwmon_remove() - show none any more
+ * xy3_hwmon_remove() - remove the hwmon device
  * @head: the head; the worker of its events does not run, or is the caller
  */
 void xy3_hwmon_remove(struct xy3_head *head)

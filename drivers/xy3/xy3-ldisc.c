@@ -15,7 +15,7 @@
 
 #include "xy3.h"
 
-/* tty_ldisc_ops.receive_buf is given this much at most */
+/* Maximum size that tty_ldisc_ops.receive_buf gets */
 #define XY3_RECEIVE_ROOM	65536
 
 static int ldisc = N_DEVELOPMENT;
@@ -26,7 +26,7 @@ MODULE_PARM_DESC(ldisc, "Number of the line discipline (default: 29)");
  * struct xy3_uart - a backchannel by line discipline
  * @back: the backchannel
  * @tty: the UART's tty
- * @iflag: its input modes before
+ * @iflag: its input modes before attaching
  */
 struct xy3_uart {
 	struct xy3_back back;
@@ -61,7 +61,7 @@ static const struct xy3_back_ops xy3_uart_ops = {
 #define XY3_IFLAGS		(IGNBRK | IGNPAR | BRKINT | INPCK)
 #define XY3_IFLAGS_FLAGGED	(BRKINT | INPCK)
 
-/* Let the UART's driver flag damaged bytes, which most do only when they are asked to */
+/* Have the UART's driver flag damaged bytes, which most do only on request */
 static void xy3_uart_flag_errors(struct xy3_uart *uart)
 {
 	struct ktermios termios = uart->tty->termios;
@@ -71,7 +71,7 @@ static void xy3_uart_flag_errors(struct xy3_uart *uart)
 	tty_set_termios(uart->tty, &termios);
 }
 
-/* The next user of the UART finds it as it was, unless the modes have been changed since */
+/* Restore the modes for the next user of the UART, unless they have been changed since */
 static void xy3_uart_unflag_errors(struct xy3_uart *uart)
 {
 	struct tty_struct *tty = uart->tty;
@@ -84,7 +84,7 @@ static void xy3_uart_unflag_errors(struct xy3_uart *uart)
 		tty_set_termios(tty, &termios);
 		return;
 	}
-	/* the UART is closed or gone; these are for the next open() */
+	/* the UART is closed or removed; these are for the next open() */
 	down_write(&tty->termios_rwsem);
 	tty->termios.c_iflag = termios.c_iflag;
 	up_write(&tty->termios_rwsem);
@@ -100,7 +100,7 @@ static int xy3_ldisc_open(struct tty_struct *tty)
 	/* a backchannel of a backchannel could be its own */
 	if (xy3_tty_is_ours(tty->driver))
 		return -EINVAL;
-	/* the master of a pty has no settings that could be changed */
+	/* the master of a pty has no settings to change */
 	if (tty->driver->type == TTY_DRIVER_TYPE_PTY && tty->driver->subtype == PTY_TYPE_MASTER)
 		return -EINVAL;
 
@@ -125,7 +125,7 @@ static int xy3_ldisc_open(struct tty_struct *tty)
 	return 0;
 }
 
-/* Also after a hangup. No data come any more. */
+/* Also called after a hangup. No more data are received. */
 static void xy3_ldisc_close(struct tty_struct *tty)
 {
 	struct xy3_uart *uart = tty->disc_data;
@@ -174,11 +174,11 @@ static struct tty_ldisc_ops xy3_ldisc_ops = {
 /**
  * xy3_ldisc_init() - register the line discipline
  *
- * Return: 0; -EINVAL when the number is none that is free for it; or another error.
+ * Return: 0; -EINVAL if the number is not available; or another error.
  */
 int __init xy3_ldisc_init(void)
 {
-	/* all ttys of the machine would have this one instead of the standard one */
+	/* it would replace the standard line discipline of all ttys */
 	if (ldisc == N_TTY)
 		return -EINVAL;
 	xy3_ldisc_ops.num = ldisc;

@@ -14,8 +14,8 @@
 #include "xy3-lines.h"
 
 /*
- * A byte with its bits pulled apart, so that there is room for the other lines' between them:
- * bit n goes to bit n times the number of lines.
+ * A byte with its bits spread, so that there is room for those of the other lines between them:
+ * bit n moves to bit n times the number of lines.
  */
 #define SPREAD(b, n, lines)	((u64)((b) >> (n) & 1) << ((n) * (lines)))
 #define SPREAD1(b, l)	(SPREAD(b, 0, l) | SPREAD(b, 1, l) | SPREAD(b, 2, l) | SPREAD(b, 3, l) | \
@@ -32,13 +32,13 @@ static const u16 xy3_spread2[] = SPREAD256(2);
 static const u32 xy3_spread4[] = SPREAD256(4);
 static const u64 xy3_spread8[] = SPREAD256(8);
 
-/* the gap between two frames: a line is high in all of a byte's clocks */
+/* the gap between two frames: a line is high in all clocks of a byte */
 #define XY3_GAP4	0x11
 #define XY3_GAP8	0x01
 
 /*
- * What the lines carry when nobody says otherwise. With SYNC as a line there must be four of them
- * at least: over two the gap would end in the middle of a byte.
+ * Default signals of the lines. With SYNC as a line, at least four lines are required: on two, the
+ * gap would end in the middle of a byte.
  */
 static const struct xy3_default_row {
 	u8 lines;
@@ -56,11 +56,11 @@ static const struct xy3_default_row {
 };
 
 /**
- * xy3_default_signals() - what the lines carry when nobody says otherwise
- * @lines: how many there are
+ * xy3_default_signals() - default signals of the lines
+ * @lines: number of lines
  * @sync_is_line: SYNC is one of them, not the chip select
  *
- * Return: enum xy3_signal for each line; NULL when there is no such arrangement.
+ * Return: enum xy3_signal for each line; NULL if there is no such arrangement.
  */
 const u8 *xy3_default_signals(unsigned int lines, bool sync_is_line)
 {
@@ -70,7 +70,7 @@ const u8 *xy3_default_signals(unsigned int lines, bool sync_is_line)
 	return NULL;
 }
 
-/* The line that carries a signal; -1 for none, -EINVAL for more than one */
+/* The line of a signal; -1 for none, -EINVAL for more than one */
 static int xy3_line_of(const u8 *signal, unsigned int lines, u8 wanted)
 {
 	int found = -1;
@@ -86,14 +86,14 @@ static int xy3_line_of(const u8 *signal, unsigned int lines, u8 wanted)
 }
 
 /**
- * xy3_line_map_init() - work out a line map
+ * xy3_line_map_init() - initialise a line map
  * @map: the map
  * @lines: 1, 2, 4 or 8
  * @frame_bits: 24 or 32
  * @signal: enum xy3_signal for each line
  *
- * Return: 0; -EINVAL when a number is none of these, a signal is on two lines, X is on none, or
- * SYNC is a line of less than four.
+ * Return: 0; -EINVAL for any other number, or if a signal is on two lines, X is on none, or SYNC
+ * is one of less than four lines.
  */
 int xy3_line_map_init(struct xy3_line_map *map, unsigned int lines, unsigned int frame_bits,
 		      const u8 *signal)
@@ -145,7 +145,7 @@ u32 xy3_code_max(const struct xy3_line_map *map)
 	return map->frame_bits == 32 ? XY3_CODE32_MAX : XY3_CODE24_MAX;
 }
 
-/* A position frame with its first bit at bit 31; what is over the code's bits is left off */
+/* A position frame with its first bit at bit 31; excess bits of the code are ignored */
 static __always_inline u32 xy3_position(u32 code, unsigned int frame_bits)
 {
 	if (frame_bits == 32)
@@ -153,12 +153,12 @@ static __always_inline u32 xy3_position(u32 code, unsigned int frame_bits)
 	return (xy3_frame24(code) | XY3_FRAME24_POSITION) << 8;
 }
 
-/* What all lines carry in eight clocks, four times: the bytes of a scan but for the gap */
+/* All lines in eight clocks, four times: the bytes of a scan without the gap */
 struct xy3_clocks {
 	u64 first, second, third, fourth;
 };
 
-/* The lowest eight bits, and between them room for those of the other lines */
+/* The lowest eight bits, spread by the number of lines */
 static __always_inline u64 xy3_spread(unsigned int lines, u32 bits)
 {
 	bits &= 0xff;
@@ -169,7 +169,7 @@ static __always_inline u64 xy3_spread(unsigned int lines, u32 bits)
 	return xy3_spread8[bits];
 }
 
-/* Written out, since the kernel's compilers do not unroll such a loop */
+/* Unrolled by hand, as compilers do not unroll such a loop in the kernel */
 static __always_inline void xy3_add_frame(struct xy3_clocks *clocks, unsigned int lines,
 					  unsigned int frame_bits, unsigned int line, u32 frame)
 {
@@ -191,7 +191,7 @@ static __always_inline u8 *xy3_put(unsigned int lines, u64 bits, u8 *out)
 	return out + lines;
 }
 
-/* Two clocks in which some lines are high; the others are low */
+/* Two clocks with some lines high, and the others low */
 static __always_inline u8 *xy3_put_gap(unsigned int lines, u8 high, u8 *out)
 {
 	if (lines == 4) {
@@ -204,8 +204,8 @@ static __always_inline u8 *xy3_put_gap(unsigned int lines, u8 high, u8 *out)
 }
 
 /*
- * The frames of all axes, and if SYNC is a line the gap behind them, in which lines of @held stay
- * high. Return where it ends.
+ * The frames of all axes, and if SYNC is a line the gap after them, in which the lines of @held
+ * stay high. Return the end.
  */
 static __always_inline u8 *xy3_put_scan(const struct xy3_clocks *clocks, unsigned int lines,
 					unsigned int frame_bits, int sync_line, u8 held, u8 *out)
@@ -220,7 +220,7 @@ static __always_inline u8 *xy3_put_scan(const struct xy3_clocks *clocks, unsigne
 	return xy3_put_gap(lines, held | BIT(sync_line), out);
 }
 
-/* One line, which is X's */
+/* One line, that of X */
 static __always_inline u8 *xy3_put_frame(unsigned int frame_bits, u32 frame, u8 *out)
 {
 	if (frame_bits == 32)
@@ -257,16 +257,16 @@ static __always_inline void xy3_put_positions(const struct xy3_line_map *map, un
 }
 
 /**
- * xy3_encode_scans() - make the bytes of a block of scans
+ * xy3_encode_scans() - encode a block of scans
  * @map: the line map
  * @codes: @map->columns numbers for each scan: positions, of which bits over xy3_code_max() are
- *	   left off, and behind them the gate, which is high with 1 only
- * @scans: how many scans
+ *	   ignored, and after them the gate, which is high only with 1
+ * @scans: number of scans
  * @out: @scans times @map->scan_size bytes
  */
 void xy3_encode_scans(const struct xy3_line_map *map, const u32 *codes, size_t scans, u8 *out)
 {
-	/* each with numbers that the compiler knows */
+	/* each with constants, for the compiler */
 	switch (map->lines << 8 | map->frame_bits) {
 	case 1 << 8 | 24:
 		return xy3_put_positions(map, 1, 24, codes, scans, out);
@@ -291,7 +291,7 @@ void xy3_encode_scans(const struct xy3_line_map *map, const u32 *codes, size_t s
  * xy3_gap_size() - bytes of the gap between scans
  * @map: the line map
  *
- * Return: that, which is 0 where SYNC is the chip select.
+ * Return: size in bytes, 0 if SYNC is the chip select.
  */
 size_t xy3_gap_size(const struct xy3_line_map *map)
 {
@@ -299,9 +299,9 @@ size_t xy3_gap_size(const struct xy3_line_map *map)
 }
 
 /**
- * xy3_encode_gap() - make the bytes of a gap in front of the first scan
+ * xy3_encode_gap() - encode the gap before the first scan
  * @map: the line map
- * @out: as many bytes as xy3_gap_size() says
+ * @out: xy3_gap_size() bytes
  */
 void xy3_encode_gap(const struct xy3_line_map *map, u8 *out)
 {
@@ -309,7 +309,7 @@ void xy3_encode_gap(const struct xy3_line_map *map, u8 *out)
 		xy3_put_gap(map->lines, BIT(map->sync_line), out);
 }
 
-/* Clear the gate's bit in all clocks of some bytes */
+/* Clear the bit of the gate in all clocks of some bytes */
 static void xy3_clear_gate(const struct xy3_line_map *map, u8 *bytes, size_t size)
 {
 	for (size_t i = 0; i < size; i++)
@@ -318,9 +318,9 @@ static void xy3_clear_gate(const struct xy3_line_map *map, u8 *bytes, size_t siz
 }
 
 /**
- * xy3_lower_gate() - make a scan that does not ask for the gate
+ * xy3_lower_gate() - set the gate of a scan low
  * @map: the line map, with a gate or without
- * @scan: bytes of a scan out of xy3_encode_scans(); its positions stay
+ * @scan: bytes of a scan from xy3_encode_scans(); its positions are kept
  */
 void xy3_lower_gate(const struct xy3_line_map *map, u8 *scan)
 {
@@ -329,12 +329,12 @@ void xy3_lower_gate(const struct xy3_line_map *map, u8 *scan)
 }
 
 /**
- * xy3_lower_gate_behind() - make the gate low in the gap behind a scan
+ * xy3_lower_gate_behind() - set the gate low in the gap after a scan
  * @map: the line map, with a gate or without
  * @scan: bytes of the scan
  *
- * For the last one before a pause, in which many a controller keeps the lines at their last bits.
- * Where SYNC is the chip select there is no gap, and the gate stays as it is.
+ * For the last scan before a pause, in which many controllers keep the lines at their last bits.
+ * If SYNC is the chip select there is no gap, and the gate is not changed.
  */
 void xy3_lower_gate_behind(const struct xy3_line_map *map, u8 *scan)
 {
@@ -347,7 +347,7 @@ void xy3_lower_gate_behind(const struct xy3_line_map *map, u8 *scan)
 /**
  * xy3_position_word() - a position frame as a number
  * @map: the line map, for the size of the frame
- * @code: the position; bits over xy3_code_max() are left off
+ * @code: the position; bits over xy3_code_max() are ignored
  *
  * Return: the frame, its last bit at bit 0.
  */

@@ -2,24 +2,24 @@
 /*
  * XY3-100 forward channel: scans as a stream of bits over one to eight data lines
  *
- * A scan is one position frame for each axis, all at the same time, each on a line of its own
- * under one clock. A controller with several lines sends a byte's bits side by side: each clock
- * takes one bit of every line, the highest line's bit is the most significant one.
+ * A scan is one position frame for each axis, all sent simultaneously, each on a line of its own
+ * with a common clock. A controller with several lines sends the bits of a byte in parallel: each
+ * clock sends one bit on every line, the most significant one on the highest line.
  *
  *   4 lines:   bit  7    6    5    4    3    2    1    0
  *                   IO3  IO2  IO1  IO0  IO3  IO2  IO1  IO0
  *                   first clock         second clock
  *
- * SYNC is either the chip select, which then goes up and down for each scan, or a line of its
- * own: low during a frame, high for the two clocks between frames, so that scans follow one
- * another in one unbroken stream. It begins with a gap as well: where a controller leaves its lines
- * meanwhile is its own affair, and SYNC must be seen to fall.
+ * SYNC is either the chip select, which then toggles for each scan, or a line of its own: low
+ * during a frame, high for the two clocks between frames, so that scans follow one another
+ * without a pause. The stream begins with a gap as well: the level of idle lines depends on the
+ * controller, and the head must see SYNC fall.
  *
- * A line that is left can carry a gate for the laser: high in all clocks of a scan that asks for
- * it, those of the gap behind it among them, so that it has no dips while scans ask for it one
- * after another. It is no interlock: a line keeps its last level when a controller hangs.
+ * A spare line can carry a gate for the laser: high in all clocks of a scan that requests it,
+ * including those of the gap after it, so that it has no dips between consecutive scans that
+ * request it. It is not an interlock: a line keeps its last level when a controller hangs.
  *
- * Pure functions: nothing here allocates, sleeps or knows a device.
+ * Pure functions, without allocation, sleeping or a device.
  */
 #ifndef XY3_LINES_H
 #define XY3_LINES_H
@@ -33,11 +33,11 @@
 /* The longest scan: 32 bits and the gap on 8 lines */
 #define XY3_SCAN_SIZE_MAX	((32 + XY3_GAP_CLOCKS) * XY3_LINES_MAX / 8)
 
-/* Numbers of a scan at most: those of all axes, and the gate */
+/* Maximum numbers of a scan: those of all axes, and the gate */
 #define XY3_COLUMNS_MAX		(XY3_AXES + 1)
 
 /**
- * enum xy3_signal - what a data line carries
+ * enum xy3_signal - signal of a data line
  * @XY3_SIGNAL_X: frames of axis X
  * @XY3_SIGNAL_Y: of Y
  * @XY3_SIGNAL_Z: of Z
@@ -59,16 +59,16 @@ enum xy3_signal {
 };
 
 /**
- * struct xy3_line_map - which line carries what
+ * struct xy3_line_map - signals of the data lines
  * @lines: 1, 2, 4 or 8
  * @frame_bits: 24 or 32
  * @signal: enum xy3_signal for each line
- * @axes: how many axes are on a line
- * @axis: which ones, by enum xy3_axis, in rising order; X is always there
- * @axis_line: the line of each of them
- * @sync_line: the line of SYNC, or -1 when it is the chip select
- * @gate_line: the line of the gate, or -1 without one
- * @columns: numbers of a scan: a code for each axis, and behind them 1 or 0 for the gate
+ * @axes: number of axes that have a line
+ * @axis: these axes, enum xy3_axis, in ascending order; X is always present
+ * @axis_line: line of each of these axes
+ * @sync_line: line of SYNC, or -1 if it is the chip select
+ * @gate_line: line of the gate, or -1 without one
+ * @columns: numbers of a scan: a code for each axis, and after them 1 or 0 for the gate
  * @scan_size: bytes of one scan on the wire
  */
 struct xy3_line_map {

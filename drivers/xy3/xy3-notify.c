@@ -2,8 +2,8 @@
 /*
  * XY3-100 scanhead: notification of user space
  *
- * A worker wakes pollers, sends uevents and lets hwmon have new thermometers. Notifications are
- * limited to one round in 100 ms, whatever the head sends.
+ * A worker wakes up pollers, sends uevents and adds temperature sensors to hwmon. Notifications are
+ * limited to one round per 100 ms, whatever the head sends.
  */
 
 #include <linux/bitops.h>
@@ -55,7 +55,7 @@ static void xy3_notify_identity(struct xy3_head *head)
 	char *properties[] = { "XY3_EVENT=identity", NULL };
 
 	xy3_uevent(head, properties);
-	/* links that udev makes to it are named by this */
+	/* udev names links by this */
 	kobject_uevent(&head->tty->kobj, KOBJ_CHANGE);
 }
 
@@ -95,7 +95,7 @@ static void xy3_notify_work(struct work_struct *work)
 }
 
 /**
- * xy3_notify_schedule() - notify user space of what has changed, soon
+ * xy3_notify_schedule() - schedule notification of user space
  * @head: the head; its lock is held
  */
 void xy3_notify_schedule(struct xy3_head *head)

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * XY3-100 backchannel: packets in a stream of bytes, and what they say
+ * XY3-100 backchannel: packets in a stream of bytes, and their content
  *
- * In sync a packet that lies whole in the data is handed out where it lies, and only its header
- * is looked at; one that is cut by the end of the data is kept until its rest comes. Out of sync
+ * In sync, a packet that is complete in the data is returned in place, and only its header is
+ * examined; a partial one at the end of the data is kept until the rest arrives. Out of sync,
  * everything is skipped up to the sequence 48h 41h 00h 48h: a sync packet and the start of the
  * next one.
  */
@@ -15,9 +15,9 @@
 
 #include "xy3-packet.h"
 
-/* ---- what there can be ---- */
+/* ---- packet types ---- */
 
-/* By type, the lengths that it can have: from min to max in steps of step, 0 for an unknown type */
+/* Valid lengths by type: from min to max in steps of step, 0 for an unknown type */
 static const struct xy3_packet_kind {
 	u8 min;
 	u8 max;
@@ -117,9 +117,9 @@ const char *xy3_error_name(unsigned int error)
 	return error < ARRAY_SIZE(xy3_error_names) ? xy3_error_names[error] : NULL;
 }
 
-/* ---- packets out of a stream ---- */
+/* ---- the parser ---- */
 
-/* Fill in @packet from the header at @raw. Return false when no packet can begin like this. */
+/* Fill in @packet from the header at @raw. Return false if no packet can start like this. */
 static bool xy3_read_header(const u8 *raw, struct xy3_packet *packet)
 {
 	const struct xy3_packet_kind *kind;
@@ -145,8 +145,8 @@ static void xy3_count_packet(struct xy3_parser *parser, const struct xy3_packet 
 }
 
 /*
- * Out of sync, with the first @kept bytes of the sequence in @buffer: take one more. When it does
- * not go on with them, it may begin anew: only the sequence's first byte comes twice in it.
+ * Out of sync, with the first @kept bytes of the sequence in @buffer: take one more. If it does not
+ * continue the sequence, it may start a new one: only the first byte occurs twice in it.
  */
 static void xy3_match(struct xy3_parser *parser, u8 byte)
 {
@@ -160,7 +160,7 @@ static void xy3_match(struct xy3_parser *parser, u8 byte)
 		parser->dropped_bytes++;
 }
 
-/* Out of sync: skip up to the sequence. Its last byte is left there: the next packet's first. */
+/* Out of sync: skip up to the sequence. Its last byte is kept as the first of the next packet. */
 static bool xy3_search(struct xy3_parser *parser, const u8 **data, size_t *size,
 		       struct xy3_packet *packet)
 {
@@ -187,7 +187,7 @@ static bool xy3_search(struct xy3_parser *parser, const u8 **data, size_t *size,
 	return false;
 }
 
-/* Keep data until there are @want bytes. Return false when there are too few of them. */
+/* Keep data until there are @want bytes. Return false if there are too few. */
 static bool xy3_keep(struct xy3_parser *parser, const u8 **data, size_t *size, size_t want)
 {
 	size_t part;
@@ -202,7 +202,7 @@ static bool xy3_keep(struct xy3_parser *parser, const u8 **data, size_t *size, s
 	return parser->kept >= want;
 }
 
-/* What is kept is no header. It led to nothing, but a sync sequence may begin within it. */
+/* The bytes kept are not a header, but a sync sequence may start within them. */
 static void xy3_lose_header(struct xy3_parser *parser)
 {
 	u8 header[XY3_PACKET_HEADER];
@@ -216,7 +216,7 @@ static void xy3_lose_header(struct xy3_parser *parser)
 		xy3_match(parser, header[i]);
 }
 
-/* In sync: take a packet, where it lies if it lies there whole, else by way of the buffer */
+/* In sync: take a packet, in place if it is complete, otherwise through the buffer */
 static bool xy3_take(struct xy3_parser *parser, const u8 **data, size_t *size,
 		     struct xy3_packet *packet)
 {
@@ -246,15 +246,15 @@ static bool xy3_take(struct xy3_parser *parser, const u8 **data, size_t *size,
 }
 
 /**
- * xy3_parse() - take the next packet out of a stream
- * @parser: what is known of the stream so far
- * @data: the stream's next bytes, in pieces of any size; moved past what was taken
+ * xy3_parse() - extract the next packet from a stream
+ * @parser: state of the stream
+ * @data: the next bytes of the stream, in pieces of any size; advanced past what was consumed
  * @size: number of these bytes; reduced likewise
  * @packet: the packet, if there is one
  *
- * To be called again until it returns false; then all data are taken.
+ * Call it until it returns false; then all data are consumed.
  *
- * Return: true when @packet was filled in.
+ * Return: true if @packet was filled in.
  */
 bool xy3_parse(struct xy3_parser *parser, const u8 **data, size_t *size,
 	       struct xy3_packet *packet)
@@ -273,11 +273,11 @@ bool xy3_parse(struct xy3_parser *parser, const u8 **data, size_t *size,
 }
 
 /**
- * xy3_parse_lost() - bytes of a stream did not arrive as they were sent
- * @parser: what is known of the stream so far
- * @size: number of bytes that came damaged, after all those given to xy3_parse()
+ * xy3_parse_lost() - account for damaged bytes of a stream
+ * @parser: state of the stream
+ * @size: number of damaged bytes, after all those passed to xy3_parse()
  *
- * They are dropped, and a packet that they may be part of with them; sync is lost.
+ * They are dropped, along with a packet that they may be part of; sync is lost.
  */
 void xy3_parse_lost(struct xy3_parser *parser, size_t size)
 {
@@ -286,7 +286,7 @@ void xy3_parse_lost(struct xy3_parser *parser, size_t size)
 	parser->in_sync = false;
 }
 
-/* ---- what packets say ---- */
+/* ---- content of packets ---- */
 
 static u16 xy3_get16(const u8 *p, enum xy3_byte_order order)
 {
@@ -298,7 +298,7 @@ static u32 xy3_get32(const u8 *p, enum xy3_byte_order order)
 	return order == XY3_BIG_ENDIAN ? get_unaligned_be32(p) : get_unaligned_le32(p);
 }
 
-/* Entries of an array packet; none when it is another packet */
+/* Entries of an array packet; none for another packet */
 static unsigned int xy3_entries(const struct xy3_packet *packet, u8 type)
 {
 	return packet->type == type ? packet->length / xy3_kinds[type].step : 0;
@@ -309,7 +309,7 @@ static unsigned int xy3_entries(const struct xy3_packet *packet, u8 type)
  * @packet: the packet
  * @order: byte order of the head
  * @centidegrees: by enum xy3_component, in 1/100 degree Celsius; XY3_TEMPERATURE_NONE where the
- *		  head has no thermometer, and for components that the packet leaves out
+ *		  head has no sensor, and for components that the packet leaves out
  *
  * Return: components that are in the packet; 0 for a packet of another type.
  */
@@ -362,7 +362,7 @@ unsigned int xy3_packet_errors(const struct xy3_packet *packet, u8 error[XY3_COM
 }
 
 /**
- * xy3_packet_hours() - read a working hours packet
+ * xy3_packet_hours() - read an operating hours packet
  * @packet: the packet
  * @order: byte order of the head
  * @hours: by enum xy3_component; XY3_HOURS_NONE where the head does not count, and for components
@@ -384,7 +384,7 @@ unsigned int xy3_packet_hours(const struct xy3_packet *packet, enum xy3_byte_ord
 /**
  * xy3_packet_text() - the payload as printable text
  * @packet: the packet, of any type
- * @text: the text, ended by NUL; bytes that are not printable ASCII are "?"
+ * @text: the text, terminated by NUL; bytes that are not printable ASCII are "?"
  * @size: room in @text, at least 1; what does not fit is left out
  *
  * Return: length of the text.

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: GPL-2.0-only */
 /*
- * XY3-100 backchannel: packets in a stream of bytes, and what they say
+ * XY3-100 backchannel: packets in a stream of bytes, and their content
  *
  *   byte  0    1     2       3 ...
  *         48h  type  length  payload of length bytes
  *
- * Pure functions over bytes: nothing here allocates, sleeps or knows a device,
- * so that the same text is compiled into the driver and into user-space programs.
+ * Pure functions over bytes, without allocation, sleeping or a device, so that the same
+ * source is compiled into the driver and into user-space programs.
  */
 #ifndef XY3_PACKET_H
 #define XY3_PACKET_H
@@ -15,14 +15,14 @@
 #include <linux/xy3.h>
 
 /**
- * struct xy3_packet - a whole packet
+ * struct xy3_packet - a complete packet
  * @type: enum xy3_packet_type, or unknown
  * @length: bytes of payload
  * @known: the type is known, and so @length is one of its lengths
- * @raw: the packet as it came, XY3_PACKET_HEADER + @length bytes
+ * @raw: the packet as received, XY3_PACKET_HEADER + @length bytes
  *
- * @raw points into the data that were given to xy3_parse(), into the parser or to a
- * constant, and holds until the next call.
+ * @raw points into the data passed to xy3_parse(), into the parser or to a constant, and is
+ * valid until the next call.
  */
 struct xy3_packet {
 	u8 type;
@@ -42,20 +42,19 @@ static inline size_t xy3_packet_size(const struct xy3_packet *packet)
 }
 
 /**
- * struct xy3_parser - cuts a stream of bytes into packets
+ * struct xy3_parser - splits a stream of bytes into packets
  * @in_sync: the next byte, or the first of those kept, is the start of a packet
- * @kept: bytes in @buffer: a packet that has begun, or, out of sync, as much of the
- *	  sync sequence as has come
- * @buffer: what of the stream waits for more
+ * @kept: bytes in @buffer: the start of a packet or, out of sync, of the sync sequence
+ * @buffer: data of the stream that are not complete
  * @packets: packets found, all types
  * @packet_bytes: bytes of these packets
- * @dropped_bytes: bytes that are part of no packet
- * @resyncs: how often sync was found again after it was lost; the first time is none
- * @bad_lengths: known types with a length that they cannot have
- * @unknown: packets of a type that is not known
+ * @dropped_bytes: bytes that are not part of a packet
+ * @resyncs: number of times that sync was regained after it was lost
+ * @bad_lengths: known types with an invalid length
+ * @unknown: packets of unknown types
  * @synced: sync was found before
  *
- * Zeroed memory is a parser at its start, out of sync. At any time the bytes given are
+ * Zeroed memory is a parser in its initial state, out of sync. At any time the bytes passed are
  * @packet_bytes + @dropped_bytes + @kept.
  */
 struct xy3_parser {
@@ -76,7 +75,7 @@ bool xy3_parse(struct xy3_parser *parser, const u8 **data, size_t *size,
 void xy3_parse_lost(struct xy3_parser *parser, size_t size);
 
 /**
- * enum xy3_byte_order - of numbers of several bytes
+ * enum xy3_byte_order - byte order of numbers
  * @XY3_LITTLE_ENDIAN: least significant byte first, the default
  * @XY3_BIG_ENDIAN: most significant byte first
  */

@@ -12,16 +12,16 @@
 #include "trace.h"
 #include "xy3.h"
 
-/* Each rate is listened to for this long in the first round, twice as long in each further one */
+/* Time at each rate in the first round; doubled in each further one */
 #define XY3_SEARCH_MS		500
 #define XY3_SEARCH_MS_MAX	4000
 /* Pause before skipping a rate that the UART refuses; it may refuse all of them */
 #define XY3_SEARCH_SKIP_MS	100
-/* How many bytes without sync, or damaged ones, prove that a rate is wrong */
+/* Number of bytes without sync, or of damaged ones, that prove a rate wrong */
 #define XY3_SEARCH_BYTES	1024
 #define XY3_SEARCH_ERRORS	4
 
-/* How long a head may take to be understood at a new rate */
+/* Time limit for sync with a head at a new rate */
 #define XY3_RESYNC_MS		3000
 /* Packets that prove a new rate; a sync packet alone may still be one of the old rate */
 #define XY3_RESYNC_PACKETS	2
@@ -69,14 +69,14 @@ void xy3_sync_changed(struct xy3_head *head)
 		xy3_autobaud_start(head);
 }
 
-/* What was received says nothing about the present rate */
+/* Data received so far prove nothing about the present rate */
 static void xy3_forget_proof(struct xy3_autobaud *search)
 {
 	search->line_errors = 0;
 	search->bytes = 0;
 }
 
-/* What comes now is another stream */
+/* Data received from now on are another stream */
 static void xy3_lose_sync(struct xy3_head *head)
 {
 	guard(mutex)(&head->lock);
@@ -88,7 +88,7 @@ static void xy3_lose_sync(struct xy3_head *head)
 	xy3_forget_proof(&head->autobaud);
 }
 
-/* Move the UART, or leave it where it is */
+/* Change the rate of the UART; on error it keeps its rate */
 static int xy3_move_uart(struct xy3_head *head, struct xy3_back *back, unsigned int rate)
 {
 	int err;
@@ -101,7 +101,7 @@ static int xy3_move_uart(struct xy3_head *head, struct xy3_back *back, unsigned 
 	return 0;
 }
 
-/* Send the command for a rate; before that is done the head sends at its old one */
+/* Send the command for a rate; until it is sent the head uses its old rate */
 static int xy3_send_rate(struct xy3_head *head, int command)
 {
 	const struct xy3_forward_ops *ops = head->forward->ops;
@@ -113,17 +113,17 @@ static int xy3_send_rate(struct xy3_head *head, int command)
 	return err;
 }
 
-/* The head is understood at the rate that the UART was moved to last; read without a lock */
+/* There is sync at the rate that the UART was set to last; read without a lock */
 static bool xy3_rate_is_right(const struct xy3_head *head)
 {
 	return READ_ONCE(head->parser.in_sync) &&
 	       READ_ONCE(head->parser.packets) - head->packets_before >= XY3_RESYNC_PACKETS;
 }
 
-/* Wait for the head at its new rate. Return whether it is understood. */
+/* Wait for sync at the new rate. Return true if there is. */
 static bool xy3_wait_resync(struct xy3_head *head)
 {
-	/* sync that is left over from the old rate would prove nothing */
+	/* sync left over from the old rate would prove nothing */
 	msleep(XY3_SETTLE_MS);
 	xy3_lose_sync(head);
 	wait_event_timeout(head->resync, xy3_rate_is_right(head) || READ_ONCE(head->detaching),
@@ -131,7 +131,7 @@ static bool xy3_wait_resync(struct xy3_head *head)
 	return xy3_rate_is_right(head);
 }
 
-/* Both ends, the head first; and back again if they do not meet */
+/* Set both ends, the head first; return to the old rate if there is no sync */
 static int xy3_move_both(struct xy3_head *head, unsigned int rate)
 {
 	unsigned int old_rate = head->rate;
@@ -144,7 +144,7 @@ static int xy3_move_both(struct xy3_head *head, unsigned int rate)
 	if (!err && xy3_wait_resync(head))
 		return 0;
 
-	/* a UART may have had a rate that no head can have */
+	/* the UART may have had a rate that heads do not support */
 	if (xy3_is_rate(old_rate))
 		xy3_send_rate(head, xy3_rate_command(old_rate));
 	if (err)
@@ -158,12 +158,12 @@ static int xy3_move_both(struct xy3_head *head, unsigned int rate)
  * @head: the head
  * @rate: one of the five, in bit/s
  *
- * With a forward channel the head is told first, then the UART is moved, and the head has to be
- * understood there within XY3_RESYNC_MS. Without one the caller knows where it is.
+ * With a forward channel the head gets the command first, then the UART is set, and there must be
+ * sync within XY3_RESYNC_MS. Without one the caller knows the rate of the head.
  *
- * Return: 0; -EINVAL when it is another rate or one that the UART cannot do; -ETIMEDOUT when the
- * head is not understood at it; -ENODEV without a backchannel; or the forward channel's error. Then
- * the UART is back at the old rate, and the head was told to be.
+ * Return: 0; -EINVAL for another rate or one that the UART does not support; -ETIMEDOUT if there
+ * is no sync at the new rate; -ENODEV without a backchannel; or the error of the forward channel.
+ * On error the UART is back at the old rate, and the head was sent the command for it.
  */
 int xy3_set_rate(struct xy3_head *head, unsigned int rate)
 {
@@ -173,7 +173,7 @@ int xy3_set_rate(struct xy3_head *head, unsigned int rate)
 	guard(mutex)(&head->rate_lock);
 	if (!head->back)
 		return -ENODEV;
-	/* a head that has restarted may have another rate: then it is sent the command again */
+	/* a head that has restarted may have another rate: send the command again then */
 	if (head->rate == rate && (!head->forward || READ_ONCE(head->parser.in_sync)))
 		return 0;
 
@@ -190,17 +190,17 @@ static void xy3_rate_request_work(struct work_struct *work)
 	scoped_guard(mutex, &head->lock)
 		rate = head->requested_rate;
 	xy3_set_rate(head, rate);
-	/* whether it has changed or not: the tty's settings are what was requested */
+	/* in any case, as the settings of the tty are those requested */
 	queue_work(system_dfl_wq, head->show_rate);
 }
 
 /**
- * xy3_request_rate() - have the rate changed, as by xy3_set_rate()
+ * xy3_request_rate() - schedule a change of the rate, as by xy3_set_rate()
  * @head: the head
  * @rate: in bit/s
  *
- * Does not wait. Of several requests the last one counts. The head's show_rate is queued when the
- * change is done or has failed.
+ * Does not wait. Of several requests the last one takes effect. show_rate of the head is queued
+ * when the change has succeeded or failed.
  */
 void xy3_request_rate(struct xy3_head *head, unsigned int rate)
 {
@@ -224,7 +224,7 @@ unsigned int xy3_get_rate(const struct xy3_head *head)
 
 /* ---- the search for the rate ---- */
 
-/* The next rate to try; a round begins with the rate that was there first */
+/* The next rate to try; a round starts with the initial rate */
 static unsigned int xy3_next_rate(struct xy3_autobaud *search)
 {
 	if (!xy3_rate(++search->index))
@@ -243,7 +243,7 @@ static void xy3_autobaud_work(struct work_struct *work)
 	unsigned int rate, ms;
 	int err;
 
-	/* before head->lock; a change of the rate that is under way may find the head */
+	/* before head->lock; a change of the rate in progress may find the head */
 	guard(mutex)(&head->rate_lock);
 	if (!head->back)
 		return;
@@ -254,7 +254,7 @@ static void xy3_autobaud_work(struct work_struct *work)
 		ms = min(XY3_SEARCH_MS << min(search->round, 3U), XY3_SEARCH_MS_MAX);
 	}
 
-	/* without a command: it is the head that knows the rate */
+	/* without a command: the search is for the rate of the head */
 	err = xy3_move_uart(head, head->back, rate);
 	msleep(XY3_SETTLE_MS);
 
@@ -278,10 +278,10 @@ void xy3_rate_init(struct xy3_head *head)
 }
 
 /**
- * xy3_autobaud_start() - begin a search, if it is switched on and there is no sync
+ * xy3_autobaud_start() - start a search, if it is enabled and there is no sync
  * @head: the head; its lock is held
  *
- * The present rate has the first turn.
+ * The present rate is tried first.
  */
 void xy3_autobaud_start(struct xy3_head *head)
 {
@@ -294,7 +294,7 @@ void xy3_autobaud_start(struct xy3_head *head)
 	while (xy3_rate(index) && xy3_rate(index) != xy3_get_rate(head))
 		index++;
 	search->index = index;
-	/* behind the last: another rate than the five, so it has no turn in the next round */
+	/* past the last: none of the five rates, so it is not tried in the next round */
 	search->first = xy3_rate(index) ? index : 0;
 	search->round = 0;
 	search->moved = false;
@@ -302,7 +302,7 @@ void xy3_autobaud_start(struct xy3_head *head)
 	mod_delayed_work(system_percpu_wq, &search->work, msecs_to_jiffies(XY3_SEARCH_MS));
 }
 
-/* Out of sync at a rate that is being tried, and there is proof that it is the wrong one */
+/* Out of sync at a rate that is being tried, which is proven to be wrong */
 static bool xy3_rate_is_wrong(const struct xy3_head *head)
 {
 	const struct xy3_autobaud *search = &head->autobaud;
@@ -312,24 +312,24 @@ static bool xy3_rate_is_wrong(const struct xy3_head *head)
 }
 
 /**
- * xy3_rate_data() - data have come, which may prove the present rate right or wrong
+ * xy3_rate_data() - evaluate new data, which may prove the present rate right or wrong
  * @head: the head; its lock is held
  */
 void xy3_rate_data(struct xy3_head *head)
 {
 	lockdep_assert_held(&head->lock);
 	wake_up_all(&head->resync);
-	/* a search does not stay at a wrong one */
+	/* leave a wrong rate at once */
 	if (xy3_rate_is_wrong(head) && !head->gone)
 		mod_delayed_work(system_percpu_wq, &head->autobaud.work, 0);
 }
 
 /**
- * xy3_set_autobaud() - switch the search on or off
+ * xy3_set_autobaud() - enable or disable the search
  * @head: the head
  * @on: search whenever sync is lost
  *
- * When it is switched off, the rate stays where the search has come to.
+ * When it is disabled, the rate stays at the one being tried.
  */
 void xy3_set_autobaud(struct xy3_head *head, bool on)
 {

@@ -2,7 +2,7 @@
 /*
  * XY3-100 scanhead: the serdev driver - a backchannel that firmware describes
  *
- * The binding is lasia,xy3-100-backchannel.yaml. A serdev hands over no line errors.
+ * The binding is lasia,xy3-100-backchannel.yaml. A serdev does not report line errors.
  */
 
 #include <linux/errno.h>
@@ -18,8 +18,8 @@
  * struct xy3_serdev - a backchannel by serdev
  * @back: the backchannel
  * @serdev: the UART
- * @lock: held while data are taken in; protects @attached
- * @attached: @back has a head. The UART is opened before and closed after that
+ * @lock: held while data are received; protects @attached
+ * @attached: @back has a head. The UART is opened before that, and closed after that
  */
 struct xy3_serdev {
 	struct xy3_back back;

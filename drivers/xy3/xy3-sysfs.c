@@ -2,8 +2,8 @@
 /*
  * XY3-100 scanhead: sysfs, as userspace/abi/sysfs-class-xy3 describes it
  *
- * What the head has not reported is -ENODATA, text that says nothing is -EINVAL, a transport that
- * is not there is -ENODEV.
+ * Values that the head has not reported return -ENODATA, invalid text -EINVAL, and a missing
+ * channel -ENODEV.
  */
 
 #include <linux/device.h>
@@ -14,7 +14,7 @@
 
 #include "xy3.h"
 
-/* One of several attributes that differ by a number only */
+/* One of several attributes that differ only by a number */
 struct xy3_attribute {
 	struct device_attribute attr;
 	unsigned int index;
@@ -30,7 +30,7 @@ static unsigned int xy3_attr_index(const struct device_attribute *attr)
 	return container_of(attr, struct xy3_attribute, attr)->index;
 }
 
-/* ---- who it is ---- */
+/* ---- identity ---- */
 
 static ssize_t text_show(struct device *dev, struct device_attribute *attr, char *buf)
 {
@@ -47,7 +47,7 @@ XY3_ATTR_RO(model, text_show, XY3_MODEL);
 XY3_ATTR_RO(firmware, text_show, XY3_FIRMWARE);
 XY3_ATTR_RO(serial, text_show, XY3_SERIAL);
 
-/* ---- how it is connected ---- */
+/* ---- connection ---- */
 
 static ssize_t in_sync_show(struct device *dev, struct device_attribute *attr, char *buf)
 {
@@ -375,7 +375,7 @@ static void __init xy3_fill(struct xy3_attribute *attributes, struct attribute *
 }
 
 /**
- * xy3_sysfs_init() - make the attributes of components and axes
+ * xy3_sysfs_init() - create the attributes of components and axes
  */
 void __init xy3_sysfs_init(void)
 {

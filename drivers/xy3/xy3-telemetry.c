@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * XY3-100 scanhead: what the head reports
+ * XY3-100 scanhead: reports of the head
  */
 
 #include <linux/bitops.h>
@@ -32,8 +32,9 @@ static void xy3_update_temperatures(struct xy3_head *head, const struct xy3_pack
 }
 
 /*
- * What the newest packet leaves out keeps its error, which the head has not called over; it is no
- * longer shown. That is a change of a component that has an error, as is the end of it.
+ * A component that the newest packet leaves out keeps its error, which the head has not revoked,
+ * but the attribute no longer shows it. If the component has an error, that is a change, and so is
+ * its reappearance.
  */
 static void xy3_set_errors(struct xy3_head *head, unsigned int count, const u8 *error)
 {
@@ -120,7 +121,7 @@ void xy3_telemetry_packet(struct xy3_head *head, const struct xy3_packet *packet
 }
 
 /**
- * xy3_telemetry_forget_numbers() - forget what was read in another byte order
+ * xy3_telemetry_forget_numbers() - forget numbers read in another byte order
  * @head: the head; its lock is held
  */
 void xy3_telemetry_forget_numbers(struct xy3_head *head)
@@ -132,7 +133,7 @@ void xy3_telemetry_forget_numbers(struct xy3_head *head)
 }
 
 /**
- * xy3_telemetry_forget() - forget all: the backchannel has gone, and sync with it
+ * xy3_telemetry_forget() - forget all: the backchannel was removed, and sync is lost
  * @head: the head; its lock is held
  */
 void xy3_telemetry_forget(struct xy3_head *head)

@@ -2,8 +2,8 @@
 /*
  * XY3-100 scanhead: /dev/xy3-<n> - packets out, command frames in, the rate as the tty's speed
  *
- * Each number has a line, which stays when its head goes: a program that still holds the hung up
- * tty does not keep the number from the next head, nor is its tty in that one's way.
+ * Each number has a line, which outlives its head: a program that still holds the hung up tty
+ * blocks neither the number nor the tty of the next head.
  */
 
 #include <linux/bitmap.h>
@@ -17,18 +17,18 @@
 
 #include "xy3.h"
 
-/* How long a new head waits for the hangup of an earlier one's tty */
+/* Time that a new head waits for the hangup of the tty of an earlier one */
 #define XY3_HANGUP_TIMEOUT	HZ
 
 /**
- * struct xy3_line - what belongs to a number
+ * struct xy3_line - the tty of a number
  * @port: the tty's port
  * @number: the number
  * @lock: protects @head
  * @head: the head with this number, or NULL
- * @open: the tty is open, and packets go there; read without a lock
+ * @open: the tty is open and receives packets; read without a lock
  * @hangup: hangs up the tty of the last head
- * @show_rate: lets the tty's speed be the rate in force
+ * @show_rate: sets the speed of the tty to the rate in force
  */
 struct xy3_line {
 	struct tty_port port;
@@ -43,7 +43,7 @@ struct xy3_line {
 static struct tty_driver *xy3_tty_driver;
 static struct xy3_line *xy3_lines[XY3_HEADS_MAX];
 
-/* Numbers whose last head has gone, and whose tty is yet to be hung up */
+/* Numbers whose last head was removed, and whose tty is still to be hung up */
 static DECLARE_BITMAP(xy3_hanging, XY3_HEADS_MAX);
 static DECLARE_WAIT_QUEUE_HEAD(xy3_hung);
 
@@ -52,7 +52,7 @@ static struct xy3_line *xy3_port_line(struct tty_port *port)
 	return container_of(port, struct xy3_line, port);
 }
 
-/* The head of a line, to be given back by put_device(); NULL when it has gone */
+/* The head of a line, to be released by put_device(); NULL if it was removed */
 static struct xy3_head *xy3_line_head(struct xy3_line *line)
 {
 	guard(spinlock_irqsave)(&line->lock);
@@ -65,7 +65,7 @@ static struct xy3_head *xy3_line_head(struct xy3_line *line)
 
 static int xy3_port_activate(struct tty_port *port, struct tty_struct *tty)
 {
-	/* what the last reader has left may begin in the middle of a packet */
+	/* data left by the last reader may start in the middle of a packet */
 	tty_ldisc_flush(tty);
 	WRITE_ONCE(xy3_port_line(port)->open, true);
 	return 0;
@@ -87,11 +87,11 @@ static const struct tty_port_operations xy3_port_ops = {
 	.destruct = xy3_port_destruct,
 };
 
-/* ---- the way to the line discipline ---- */
+/* ---- to the line discipline ---- */
 
 /*
- * How many bytes the line discipline takes now. N_TTY sets receive_room whenever it is given data,
- * also when there are none.
+ * Number of bytes that the line discipline accepts now. N_TTY updates receive_room at each call of
+ * receive_buf(), also for no data.
  */
 static size_t xy3_ldisc_room(struct tty_port *port, struct tty_struct *tty)
 {
@@ -115,9 +115,9 @@ static size_t xy3_packets_that_fit(const u8 *data, size_t count, size_t room)
 }
 
 /*
- * Give packets to the line discipline, and only whole ones. N_TTY would take as many bytes as it
- * has room for. If it is flushed then, by TCSAFLUSH or a hangup, a reader gets the rest of the
- * packet that was cut as if it were the start of one.
+ * Pass complete packets to the line discipline. N_TTY would accept as many bytes as it has room
+ * for. If it is flushed then, by TCSAFLUSH or a hangup, a reader would get the rest of a partial
+ * packet as if it were the start of one.
  */
 static size_t xy3_receive_buf(struct tty_port *port, const u8 *data, const u8 *flags,
 			      size_t count)
@@ -132,25 +132,25 @@ static size_t xy3_receive_buf(struct tty_port *port, const u8 *data, const u8 *f
 		set_bit(TTY_THROTTLED, &tty->flags);
 		/*
 		 * From now on unthrottle() is called when the reader makes room. It may have done
-		 * so just before, so look again. Pairs with the barrier in tty_set_flow_change().
+		 * so just before, so check again. Pairs with the barrier in tty_set_flow_change().
 		 */
 		smp_mb__after_atomic();
 		whole = xy3_packets_that_fit(data, count, xy3_ldisc_room(port, tty));
 	}
 	/*
-	 * A hangup flushes N_TTY, and waits for readers. These must not get what is behind the
-	 * packets that were flushed. To test for it after N_TTY's lock was taken leaves only a
-	 * hangup that begins right here.
+	 * A hangup flushes N_TTY, and waits for readers. They must not get data that follow the
+	 * flushed packets. A test after N_TTY's lock was taken leaves only a hangup that starts
+	 * right here.
 	 */
 	if (test_bit(TTY_HUPPING, &tty->flags))
 		return count;
 	return tty_port_default_client_ops.receive_buf(port, data, flags, whole);
 }
 
-/* The default ones but for receive_buf(); filled in by xy3_tty_init() */
+/* The default operations except receive_buf(); filled in by xy3_tty_init() */
 static struct tty_port_client_operations xy3_client_ops;
 
-/* Go on: the line discipline may have room */
+/* Continue: the line discipline may have room */
 static void xy3_restart(struct xy3_line *line)
 {
 	struct xy3_head *head = xy3_line_head(line);
@@ -180,7 +180,7 @@ static int xy3_install(struct tty_driver *driver, struct tty_struct *tty)
 	put_device(&head->dev);
 	if (err)
 		return err;
-	/* a write comes in one piece, so that no frame is torn */
+	/* a write is passed in one piece, so that no frame is torn */
 	set_bit(TTY_NO_WRITE_SPLIT, &tty->flags);
 	tty->driver_data = line;
 	return 0;
@@ -196,7 +196,7 @@ static int xy3_open(struct tty_struct *tty, struct file *file)
 	if (err)
 		return err;
 
-	/* A head that went before the port knew of the tty has not hung it up */
+	/* A head that was removed before the port had the tty has not hung it up */
 	head = xy3_line_head(line);
 	if (!head)
 		return -ENODEV;
@@ -216,7 +216,7 @@ static void xy3_hangup(struct tty_struct *tty)
 	struct xy3_line *line = tty->driver_data;
 
 	tty_port_hangup(&line->port);
-	/* the next head may have the same tty, for any program to open */
+	/* the next head may get the same tty, for any program to open */
 	clear_bit(TTY_EXCLUSIVE, &tty->flags);
 }
 
@@ -225,7 +225,7 @@ static void xy3_unthrottle(struct tty_struct *tty)
 	xy3_restart(tty->driver_data);
 }
 
-/* N_TTY waits for xy3_tty_wakeup() when not all frames are taken, or gives -EAGAIN */
+/* If not all frames are accepted, N_TTY waits for xy3_tty_wakeup() or returns -EAGAIN */
 static ssize_t xy3_write(struct tty_struct *tty, const u8 *data, size_t size)
 {
 	struct xy3_line *line = tty->driver_data;
@@ -264,7 +264,7 @@ static void xy3_set_termios(struct tty_struct *tty, const struct ktermios *old)
 	struct xy3_head *head = xy3_line_head(line);
 	unsigned int rate = tty_get_baud_rate(tty);
 
-	/* bits and parity are what they are, and packets and frames pass unchanged */
+	/* bits and parity are fixed, and packets and frames pass unchanged */
 	tty_termios_copy_hw(&tty->termios, old);
 	tty->termios.c_iflag = 0;
 	tty->termios.c_oflag = 0;
@@ -295,16 +295,16 @@ static const struct tty_operations xy3_tty_ops = {
 	.set_termios = xy3_set_termios,
 };
 
-/* ---- for the head ---- */
+/* ---- interface to the head ---- */
 
 /**
- * xy3_tty_put() - give a packet to the reader of the tty
+ * xy3_tty_put() - pass a packet to the reader of the tty
  * @head: the head; its lock is held
  * @packet: the packet
- * @size: its bytes
+ * @size: bytes in @packet
  *
- * Return: true, also when the tty is not open; false when there is no room for the whole packet,
- * and then nothing was given.
+ * Return: true, also if the tty is not open; false if there is no room for the complete packet,
+ * which is then dropped.
  */
 bool xy3_tty_put(struct xy3_head *head, const u8 *packet, size_t size)
 {
@@ -321,8 +321,8 @@ bool xy3_tty_put(struct xy3_head *head, const u8 *packet, size_t size)
 }
 
 /*
- * A work of the line, not of the head: it waits for readers, each of which may take any time to
- * copy its data to user space, and a head that goes must not wait for that.
+ * A work of the line, not of the head: it waits for readers, which may take any time to copy
+ * their data to user space, and the removal of a head must not wait for that.
  */
 static void xy3_show_rate_work(struct work_struct *work)
 {
@@ -343,10 +343,10 @@ static void xy3_show_rate_work(struct work_struct *work)
 }
 
 /*
- * Hang up the tty of a head that has gone. A hangup drops what N_TTY holds, but not what is on its
- * way to N_TTY, and a reader that is in read() at this moment may get that: bytes from behind
- * dropped ones, in the middle of a packet. So all of it is dropped before; as no head puts anything
- * into the port any more, a reader gets what follows its last read() without a gap, or nothing.
+ * Hang up the tty of a removed head. A hangup drops the data in N_TTY, but not data in flight to
+ * N_TTY, which a concurrent read() may get: bytes that follow dropped ones, in the middle of a
+ * packet. So drop all of it first; as no head passes data to the port any more, a reader gets what
+ * follows its last read() without a gap, or nothing.
  */
 static void xy3_hangup_work(struct work_struct *work)
 {
@@ -379,10 +379,10 @@ static struct xy3_line *xy3_line_new(unsigned int number)
 }
 
 /**
- * xy3_tty_wait_hung() - wait for the hangups of ttys whose heads have gone, for a second at most
+ * xy3_tty_wait_hung() - wait for the hangups of ttys of removed heads, for a second at most
  *
- * A reader can hold up the hangup of its tty for as long as it likes. Nothing may be locked here
- * that another head requires to go.
+ * A reader can delay the hangup of its tty for any time. The caller must not hold locks that the
+ * removal of another head requires.
  */
 void xy3_tty_wait_hung(void)
 {
@@ -391,10 +391,10 @@ void xy3_tty_wait_hung(void)
 }
 
 /**
- * xy3_tty_is_free() - can a new head have this number
- * @number: the number, which no head has
+ * xy3_tty_is_free() - check whether a new head can have a number
+ * @number: a number without a head
  *
- * Return: whether the tty of the last head with it has been hung up.
+ * Return: true if the tty of its last head has been hung up.
  */
 bool xy3_tty_is_free(unsigned int number)
 {
@@ -402,7 +402,7 @@ bool xy3_tty_is_free(unsigned int number)
 }
 
 /**
- * xy3_tty_add() - make the tty of a new head
+ * xy3_tty_add() - create the tty of a new head
  * @head: the head
  *
  * Return: 0 or an error.
@@ -433,8 +433,8 @@ int xy3_tty_add(struct xy3_head *head)
 }
 
 /**
- * xy3_tty_remove() - hang the tty up and take it away
- * @head: the head that goes; it need not have one
+ * xy3_tty_remove() - hang up and remove the tty of a head
+ * @head: the head that is removed; it need not have a tty
  */
 void xy3_tty_remove(struct xy3_head *head)
 {
@@ -451,10 +451,10 @@ void xy3_tty_remove(struct xy3_head *head)
 }
 
 /**
- * xy3_tty_wakeup() - let writers of the tty try again
+ * xy3_tty_wakeup() - wake up writers of the tty
  * @head: the head
  *
- * In any context.
+ * Context: any.
  */
 void xy3_tty_wakeup(struct xy3_head *head)
 {
@@ -462,10 +462,10 @@ void xy3_tty_wakeup(struct xy3_head *head)
 }
 
 /**
- * xy3_tty_is_ours() - is it the driver of our own ttys
- * @driver: a tty's driver
+ * xy3_tty_is_ours() - check whether a driver is that of this module's ttys
+ * @driver: the driver of a tty
  *
- * Return: whether it is.
+ * Return: true if it is.
  */
 bool xy3_tty_is_ours(const struct tty_driver *driver)
 {
@@ -512,7 +512,7 @@ int __init xy3_tty_init(void)
 }
 
 /**
- * xy3_tty_exit() - unregister the tty driver; there are no heads any more
+ * xy3_tty_exit() - unregister the tty driver; no heads are left
  */
 void xy3_tty_exit(void)
 {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-only */
 /*
- * XY3-100 scanhead driver: what its files share
+ * XY3-100 scanhead driver: internal interfaces
  *
  *   UART -> xy3-ldisc or xy3-serdev -> xy3-back -> xy3-packet -> xy3-tty       -> /dev/xy3-<n>
  *                                                             -> xy3-telemetry -> xy3-sysfs,
@@ -8,7 +8,7 @@
  *   /dev/xy3-<n> -> xy3-tty, xy3-sysfs -> xy3-frame -> xy3-forward -> SPI
  *   xy3-back, xy3-tty, xy3-sysfs -> xy3-rate -> the UART, and commands to the head
  *
- * Only xy3-ldisc and xy3-serdev know UARTs. xy3-head brings the two sides together.
+ * Only xy3-ldisc and xy3-serdev access UARTs. xy3-head joins the two channels.
  */
 #ifndef XY3_H
 #define XY3_H
@@ -30,12 +30,12 @@ struct xy3_head;
 
 #define XY3_HEADS_MAX	32
 
-/* ---- transports ---- */
+/* ---- channels ---- */
 
 /**
- * struct xy3_back_ops - what a UART can do for its head
- * @set_rate: move the UART from one rate to another, in bit/s; may sleep. -EINVAL when it cannot;
- *	      then it is where it was.
+ * struct xy3_back_ops - operations of a UART
+ * @set_rate: change the UART from one rate to another, in bit/s; may sleep. -EINVAL if it does not
+ *	      support that; then the rate is unchanged.
  */
 struct xy3_back_ops {
 	int (*set_rate)(struct xy3_back *back, unsigned int old_rate, unsigned int rate);
@@ -43,9 +43,9 @@ struct xy3_back_ops {
 
 /**
  * struct xy3_back - a backchannel: one UART
- * @ops: what it can do
- * @dev: its device, or NULL; its firmware node may name the forward channel of the same head
- * @rate: bit/s that it listens at when it is attached
+ * @ops: its operations
+ * @dev: its device, or NULL; its firmware node may refer to the forward channel of the same head
+ * @rate: bit/s that it receives at when it is attached
  * @head: its head, between xy3_back_attach() and xy3_back_detach()
  * @partner: firmware node of the forward channel that it belongs to, or NULL
  */
@@ -61,11 +61,11 @@ int xy3_back_attach(struct xy3_back *back);
 void xy3_back_detach(struct xy3_back *back);
 
 /**
- * struct xy3_forward_ops - what a forward channel can do for its head
- * @command: queue a command frame, 3 or 4 bytes long, to be sent behind those before; may be
- *	     called in any context, and does not sleep. -EAGAIN when there is no room for it;
+ * struct xy3_forward_ops - operations of a forward channel
+ * @command: queue a command frame, 3 or 4 bytes long, to be sent after earlier ones; called in any
+ *	     context, must not sleep. -EAGAIN if there is no room for it;
  *	     xy3_forward_has_room() is called when there is.
- * @room: how many frames there is room for; in any context. May be NULL: there is always room
+ * @room: number of frames that there is room for; in any context. NULL if there is always room
  * @drain: wait until all of them have been sent; may be NULL
  */
 struct xy3_forward_ops {
@@ -76,8 +76,8 @@ struct xy3_forward_ops {
 
 /**
  * struct xy3_forward - a forward channel: positions and commands to the head
- * @ops: what it can do
- * @dev: its device; the backchannel's firmware node may name its node
+ * @ops: its operations
+ * @dev: its device; the firmware node of the backchannel may refer to its node
  * @head: its head, between xy3_forward_attach() and xy3_forward_detach()
  */
 struct xy3_forward {
@@ -94,9 +94,9 @@ u32 xy3_forward_unpack(const u8 *frame, size_t size);
 /* ---- the head ---- */
 
 /**
- * enum xy3_text - what a head says about itself
- * @XY3_VENDOR: who made it
- * @XY3_MODEL: which model it is
+ * enum xy3_text - identity of a head, as it reports it
+ * @XY3_VENDOR: vendor
+ * @XY3_MODEL: model
  * @XY3_FIRMWARE: version of its firmware
  * @XY3_SERIAL: its serial number
  * @XY3_TEXTS: number of texts
@@ -110,7 +110,7 @@ enum xy3_text {
 };
 
 /**
- * struct xy3_telemetry - what a head has reported last
+ * struct xy3_telemetry - latest reports of a head
  * @text: by enum xy3_text; empty until reported
  * @temperatures: components in the newest temperature packet
  * @temperature: by enum xy3_component, in 1/100 degree Celsius, or XY3_TEMPERATURE_NONE
@@ -135,12 +135,12 @@ struct xy3_telemetry {
 };
 
 /**
- * struct xy3_events - changes that user space is yet to be notified of
+ * struct xy3_events - changes for which user space is still to be notified
  * @errors: components whose error has changed, by bit
  * @sync: in_sync has changed
  * @identity: a text has changed
  * @thermometers: components that have reported a temperature, by bit
- * @next: jiffies before which there is no other notification
+ * @next: earliest time of the next notification, in jiffies
  * @work: notifies user space
  */
 struct xy3_events {
@@ -155,14 +155,14 @@ struct xy3_events {
 /**
  * struct xy3_autobaud - the search for a head's rate
  * @on: search whenever sync is lost
- * @moved: the UART was moved since sync was lost
- * @refused: the UART cannot do the rate whose turn it is
- * @index: of the rate that is listened to now, for xy3_rate()
- * @first: index of the rate that begins a round
- * @round: how often all rates have been tried
- * @line_errors: since the UART was moved
- * @bytes: since the UART was moved
- * @work: moves on
+ * @moved: the rate of the UART was changed since sync was lost
+ * @refused: the UART does not support the rate being tried
+ * @index: of the rate being tried, for xy3_rate()
+ * @first: index of the first rate of a round
+ * @round: number of times that all rates have been tried
+ * @line_errors: line errors since the last change of the rate
+ * @bytes: bytes since the last change of the rate
+ * @work: switches to the next rate
  */
 struct xy3_autobaud {
 	bool on;
@@ -185,30 +185,30 @@ struct xy3_autobaud {
  * @rate_lock: held while the rate is changed, and while @back or @forward is set. Taken before
  *	the other two locks, and never where the settings of a tty are locked
  * @back: its backchannel, or NULL
- * @rate: bit/s that @back listens at, 0 without one; read without a lock
- * @detaching: a transport is to be detached, which requires @rate_lock: do not wait for the head
- * @resync: where a change of the rate waits for proof that it is right, or for @detaching
+ * @rate: bit/s that @back receives at, 0 without one; read without a lock
+ * @detaching: a channel is to be detached, which requires @rate_lock: do not wait for the head
+ * @resync: wait queue of a change of the rate, for sync or for @detaching
  *
  * @forward_lock: protects @forward
  * @forward: its forward channel, or NULL
  *
- * @lock: protects all that follows up to @lost_packets; taken for each piece of data that comes,
- *	never held while the UART is moved or a device is registered
- * @gone: going away: no work is queued any more
- * @parser: packets of the stream
+ * @lock: protects all that follows up to @lost_packets; taken for each piece of data received,
+ *	never held while the rate of the UART is changed or a device is registered
+ * @gone: being removed: no more work is queued
+ * @parser: parser of the stream
  * @order: byte order of numbers
  * @telemetry: what was reported
  * @events: what has changed
  * @autobaud: the search for the rate
  * @syncs: sync packets
- * @packets_before: packets of the parser when the UART was moved last
+ * @packets_before: packets of the parser at the last change of the rate
  * @requested_rate: bit/s that @rate_request is to change to
  * @line_errors: bytes that the UART has flagged
  * @lost_packets: packets that found no room in the tty
  *
  * @rate_request: changes the rate for a program that has set the tty's speed
  * @tty: the device of its tty
- * @show_rate: to be queued when the rate has changed; belongs to the tty, and outlives the head
+ * @show_rate: queued when the rate has changed; belongs to the tty, and outlives the head
  * @hwmon: worker of @events only, and its last user: the hwmon device, or NULL
  * @hwmon_thermometers: likewise: components that @hwmon shows, by bit
  */
