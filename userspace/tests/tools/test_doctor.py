@@ -129,7 +129,7 @@ class TestPendant(Checks, rig.Case):
         self.assert_well()
         pendant.device.set_fault('stall', skip=0, count=1)
         assert pendant.set_error('flush', '1') == 'EPIPE'
-        self.assert_found('state', 'has not taken 1 frames', 'dmesg')
+        self.assert_found('state', 'has not accepted 1 frames', 'dmesg')
 
     def test_unknown_key(self):
         pendant = self.plug()
@@ -203,7 +203,7 @@ class TestHead(Checks, forward_rig.Case):
 
     def test_silent_and_at_another_rate(self):
         head = self.pty()
-        self.assert_found('back', 'not a byte', 'wires')
+        self.assert_found('back', 'no byte was received', 'wires')
         head.send(b'\x00\xff' * 100)
         self.assert_found('back', 'another rate', 'autobaud')
         head.sync()

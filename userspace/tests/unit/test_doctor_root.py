@@ -468,7 +468,7 @@ class TestCase(case.Case):
                 root.usb_device('1-3', product, 'another')
                 status, text, fix = self.assert_well(root)['model'][-1]
                 assert (status, fix) == ('skipped', None)
-                assert text.startswith('1-3 (10ce:%s) is no pendant but %s' % (product, name))
+                assert text.startswith('1-3 (10ce:%s) is not a pendant but %s' % (product, name))
                 assert todo in text
                 # and none of them is the pendant that is looked for
                 for path in ('sys/bus/usb/devices/1-2', 'sys/bus/hid'):
@@ -478,7 +478,7 @@ class TestCase(case.Case):
     def test_a_device_that_is_not_known(self):
         root = self.root('xhcctl')
         root.usb_device('1-3', 'abcd', 'another')
-        assert ('skipped', '1-3 (10ce:%s) is not known; hid-xhc leaves it alone' % 'abcd',
+        assert ('skipped', '1-3 (10ce:%s) is not known; hid-xhc ignores it' % 'abcd',
                 None) in self.assert_well(root)['model']
 
     def test_pendant_held_by_libusb(self):
@@ -691,7 +691,7 @@ class TestCase(case.Case):
                                     ('ID=fedora', 'sudo dnf remove brltty '),
                                     ('ID=arch', 'remove brltty ')):
                 root.system(system)
-                self.assert_found(root, 'adapter', 'brltty has taken it', command)
+                self.assert_found(root, 'adapter', 'brltty has claimed it', command)
             root.remove('usr/lib/udev/rules.d/85-brltty.rules')
         root.remove(driver)
         os.symlink('../drivers/ch341', root.at(driver))
@@ -760,4 +760,4 @@ class TestCase(case.Case):
         assert self.ask(root, '-d', 'xy3-0')[1] == 0
         findings, status = self.ask(root, '-d', 'xy3-1')
         assert status == 1
-        assert 'not a byte' in findings['back'][0][1]
+        assert 'no byte was received' in findings['back'][0][1]

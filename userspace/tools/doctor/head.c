@@ -11,7 +11,7 @@
 #include "doctor.h"
 
 #define HEADS "/sys/class/xy3/xy3-*"
-#define LDISC 29	/* N_DEVELOPMENT, what ldattach is told in all papers */
+#define LDISC 29	/* N_DEVELOPMENT, which all documents use for ldattach */
 
 static const char *name_of(const char *path)
 {
@@ -145,17 +145,16 @@ static void look_back_of(struct doctor *doctor, const char *path)
 	} else if (!bytes) {
 		doctor_found(doctor, "look at the wires, BACK- and BACK+; at the head's supply; "
 			"and "
-			     "whether it has a backchannel", "%s: not a byte has come", name);
+			     "whether it has a backchannel", "%s: no byte was received", name);
 	} else if (!number_of(doctor, path, "in_sync")) {
 		snprintf(fix, sizeof(fix), "echo 1 | sudo tee %s/autobaud", path);
-		doctor_found(doctor, fix, "%s: bytes come and make no sense at %lld bit/s: the "
-			"head is "
-			     "at another rate, or - and + are swapped", name, rate);
+		doctor_found(doctor, fix, "%s: bytes received at %lld bit/s are no packets: the "
+			     "head is at another rate, or - and + are swapped", name, rate);
 	} else if (number_of(doctor, path, "stats/line_errors") * 100 > bytes) {
 		doctor_found(doctor, "look at GND, and at the 120 ohms between BACK- and BACK+",
-			     "%s: more than a hundredth of its bytes come damaged", name);
+			     "%s: more than 1 %% of its bytes are damaged", name);
 	} else {
-		doctor_ok(doctor, "%s is understood at %lld bit/s", name, rate);
+		doctor_ok(doctor, "%s is in sync at %lld bit/s", name, rate);
 	}
 }
 
@@ -190,7 +189,7 @@ static void look_uart_of(struct doctor *doctor, const char *path)
 			"it",
 			     name, holder, node, (int)pid);
 	} else {
-		doctor_ok(doctor, "%s: nobody else is at %s", name, node);
+		doctor_ok(doctor, "%s: no other program uses %s", name, node);
 	}
 }
 
@@ -223,18 +222,18 @@ static void look_order_of(struct doctor *doctor, const char *path)
 	strange = false;
 	snprintf(file, sizeof(file), "%s/hwmon*/temp*_input", path);
 	if (!doctor_each(doctor, file, look_temperature)) {
-		doctor_skip(doctor, "%s has told no temperature", name);
+		doctor_skip(doctor, "%s has reported no temperature", name);
 		return;
 	}
 	snprintf(file, sizeof(file), "%s/byte_order", path);
 	doctor_read(doctor, order, sizeof(order), file);
 	if (!strange) {
-		doctor_ok(doctor, "%s: %s endian makes sense", name, order);
+		doctor_ok(doctor, "%s: temperatures are plausible in %s endian", name, order);
 		return;
 	}
 	snprintf(fix, sizeof(fix), "echo %s | sudo tee %s/byte_order",
 		 strcmp(order, "big") ? "big" : "little", path);
-	doctor_found(doctor, fix, "%s: its temperatures make no sense in %s endian", name, order);
+	doctor_found(doctor, fix, "%s: temperatures are not plausible in %s endian", name, order);
 }
 
 static void look_order(struct doctor *doctor)
@@ -288,7 +287,7 @@ static void look_frames_of(struct doctor *doctor, const char *path)
 			"swapped, and "
 			     "at - and + of each pair", "%s could not read %lld frames", name, bad);
 	else
-		doctor_ok(doctor, "%s complains of no frame", name);
+		doctor_ok(doctor, "%s has read all frames", name);
 }
 
 static void look_frames(struct doctor *doctor)

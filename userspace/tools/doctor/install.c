@@ -408,7 +408,7 @@ static void look_signature(struct doctor *doctor)
 	}
 	for (; driver->module; driver++) {
 		if (is_loaded(doctor, driver)) {
-			doctor_ok(doctor, "%s, and it has taken %s", who, driver->module);
+			doctor_ok(doctor, "%s, and %s is loaded", who, driver->module);
 			continue;
 		}
 		find_module(doctor, driver->module, path, sizeof(path));

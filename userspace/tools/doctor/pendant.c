@@ -33,8 +33,8 @@ static const struct product {
 	{ "eb93", SUPPORTED, "a WHB04B-4 or WHB04B-6", NULL },
 	{ "eb91", CLONE, "a clone of the WHB04B", "sudo modprobe hid-xhc; echo 3 10ce eb91 eb93 | "
 	  "sudo tee /sys/bus/hid/drivers/hid-xhc/new_id" },
-	{ "eb71", UNKNOWN, "perhaps a pendant, but its reports are not known", "send us what "
-	  "`lsusb -v -d 10ce:eb71' prints, and a recording by hid-recorder (package hid-tools)" },
+	{ "eb71", UNKNOWN, "perhaps a pendant, but its reports are not known", "report the "
+	  "output of `lsusb -v -d 10ce:eb71' and a recording by hid-recorder (package hid-tools)" },
 	{ "ea6a", NO_PENDANT, "a serial bridge", "use it as /dev/ttyUSB0, by the kernel's driver "
 	  "cp210x" },
 	{ "eb73", NO_PENDANT, "a motion card", "use it with its maker's program" },
@@ -101,17 +101,17 @@ static void look_model_of(struct doctor *doctor, const char *path)
 		return;
 	product = find_product(id);
 	if (!product)
-		doctor_skip(doctor, "%s (10ce:%s) is not known; hid-xhc leaves it alone", usb, id);
+		doctor_skip(doctor, "%s (10ce:%s) is not known; hid-xhc ignores it", usb, id);
 	else if (product->kind == SUPPORTED)
 		doctor_ok(doctor, "%s (10ce:%s) is %s, supported", usb, id, product->name);
 	else if (product->kind == NO_PENDANT)
-		doctor_skip(doctor, "%s (10ce:%s) is no pendant but %s: %s", usb, id,
+		doctor_skip(doctor, "%s (10ce:%s) is not a pendant but %s: %s", usb, id,
 			    product->name, product->todo);
 	else if (product->kind == CLONE && is_driven(doctor, id))
 		doctor_ok(doctor, "%s (10ce:%s) is %s, and hid-xhc drives it", usb, id,
 			  product->name);
 	else
-		doctor_found(doctor, product->todo, "%s (10ce:%s) is %s: hid-xhc leaves it alone",
+		doctor_found(doctor, product->todo, "%s (10ce:%s) is %s: hid-xhc ignores it",
 			     usb, id, product->name);
 }
 
@@ -249,13 +249,13 @@ static void look_state_of(struct doctor *doctor, const char *path)
 	if (number > 0)
 		doctor_found(doctor, "sudo dmesg | grep -i usb   # a bad cable or hub; then plug "
 			"in "
-			     "again", "%s has not taken %lld frames for its display", name, number);
+			     "again", "%s has not accepted %lld frames for its display", name, number);
 	else
-		doctor_ok(doctor, "%s takes what it is to show", name);
+		doctor_ok(doctor, "%s accepts frames for its display", name);
 	snprintf(file, sizeof(file), "%s/stats/unknown_keys", path);
 	number = doctor_number(doctor, file);
 	if (number > 0)
-		doctor_found(doctor, "sudo evtest   # and tell us of its MSC_SCAN",
+		doctor_found(doctor, "sudo evtest   # and report its MSC_SCAN",
 			     "%s has keys that the driver does not know: pressed %lld times", name,
 			     number);
 }

@@ -280,7 +280,7 @@ static void look_adapter(struct doctor *doctor, const char *path)
 		snprintf(fix + strlen(fix), sizeof(fix) - strlen(fix), "   # unless you have a "
 			 "braille display; then plug the adapter in again");
 		doctor_found(doctor, fix, "%s (%s) is a serial adapter, but no serial port: brltty "
-			     "has taken it for a braille display", name, id);
+			     "has claimed it as a braille display", name, id);
 	} else if (bound[0]) {
 		doctor_found(doctor, "end the program that uses it by libusb, then plug it in "
 			     "again",
