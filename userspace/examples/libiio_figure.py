@@ -14,7 +14,7 @@ import sys
 import iio
 
 CODE_BITS = {24: 20, 32: 26}        # by bits of a frame
-SCANS = 5000
+SCANS = 2000
 
 
 def positions(count=SCANS):

@@ -12,7 +12,7 @@ import numpy
 import stream
 
 PETALS = 5
-SCANS = 5000
+SCANS = 2000
 
 
 def rose(count=SCANS):
