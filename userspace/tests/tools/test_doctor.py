@@ -129,7 +129,7 @@ class TestPendant(Checks, rig.Case):
         self.assert_well()
         pendant.device.set_fault('stall', skip=0, count=1)
         assert pendant.set_error('flush', '1') == 'EPIPE'
-        self.assert_found('state', 'has not accepted 1 frames', 'dmesg')
+        self.assert_found('state', 'has not accepted 1 display frames', 'dmesg')
 
     def test_unknown_key(self):
         pendant = self.plug()

@@ -524,7 +524,7 @@ class TestCase(case.Case):
         root = self.root('xhcctl')
         stats = 'sys/bus/hid/drivers/hid-xhc/%s/stats/' % HID
         root.write(stats + 'frame_errors', '3\n')
-        self.assert_found(root, 'state', '3 frames', 'dmesg')
+        self.assert_found(root, 'state', '3 display frames', 'dmesg')
         root.write(stats + 'frame_errors', '0\n')
         root.write(stats + 'unknown_keys', '2\n')
         self.assert_found(root, 'state', 'does not know', 'evtest')

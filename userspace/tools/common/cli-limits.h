@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-only */
 /*
- * --count and --timeout of the verbs that go on until they are interrupted
+ * --count and --timeout of verbs that run until they are interrupted
  */
 #ifndef CLI_LIMITS_H
 #define CLI_LIMITS_H

@@ -79,7 +79,7 @@ struct cli_common cli_parse_common(const char *text, int argc, char **argv)
 /* ---- the tool itself ---- */
 
 struct choice {
-	int verb;	/* where in argv it stands, 0 when there is none */
+	int verb;	/* index in argv, 0 if there is none */
 };
 
 static void print_version(FILE *stream, struct argp_state *state)
@@ -116,7 +116,7 @@ static error_t parse_tool(int key, char *argument, struct argp_state *state)
 	return ARGP_ERR_UNKNOWN;
 }
 
-/* The text of --help: the verbs between what the tool is and what else there is to say */
+/* The text of --help: summary, verbs, further paragraphs */
 static char *tool_doc(const struct cli_tool *tool)
 {
 	char *doc = NULL;
@@ -153,11 +153,11 @@ static int run_verb(const struct cli_verb *verb, int argc, char **argv)
 	argv[0] = name;
 	status = verb->run(argc, argv);
 	free(name);
-	/* an error that no document has; a usage error has none, as nothing was tried */
+	/* an error that no document reports; usage errors have none, as nothing was done */
 	if (cli_json && last_message && (status == CLI_FAILURE || status == CLI_NO_DEVICE))
 		cli_json_print(cli_json_new(verb->name));
 	free(cli_take_message());
-	/* a full disk, a closed pipe: not all of it was told */
+	/* a full disk, a closed pipe: the output is incomplete */
 	if (fflush(stdout) || ferror(stdout))
 		return cli_errno(errno, "standard output");
 	if (status == CLI_OK && cli_interrupted() == SIGINT)

@@ -2,7 +2,7 @@
 /*
  * What xhcctl and xy3ctl have in common on the command line: TOOL VERB [OPTION...] [ARGUMENT...]
  *
- * Results go to standard output, as text or with --json as JSON; words about what went wrong go to
+ * Results go to standard output, as text or with --json as JSON; error messages go to
  * standard error, with the tool's name before them. The exit status is one of enum cli_status.
  * Help is glibc's argp: each verb has a struct argp, whose text is also the source of the manual
  * page and of the completions (see ../generate).
@@ -21,15 +21,15 @@ struct json_object;
 enum cli_status {
 	CLI_OK = 0,
 	CLI_FAILURE = 1,	/* it was tried and did not work, or doctor has found something */
-	CLI_USAGE = 2,		/* these words make no sense; nothing was tried */
-	CLI_NO_DEVICE = 3,	/* there is no such device, or none at all */
+	CLI_USAGE = 2,		/* invalid usage; nothing was done */
+	CLI_NO_DEVICE = 3,	/* there is no such device, or no device */
 	CLI_INTERRUPTED = 130,	/* ended by SIGINT, as shells count it; verbs return CLI_OK */
 };
 
 /* Options that every verb has. Zero before the parser of the verb fills it in. */
 struct cli_common {
 	bool json;
-	const char *device;	/* as --device has it; NULL when there is none */
+	const char *device;	/* argument of --device, or NULL */
 };
 
 struct cli_verb {
@@ -42,9 +42,9 @@ struct cli_verb {
 struct cli_tool {
 	const char *name;
 	const char *summary;	/* one line, for the manual page's NAME */
-	const char *text;	/* paragraphs behind the list of verbs, or NULL */
-	const char *const *modules;	/* for --version, with NULL behind the last */
-	const struct cli_verb *verbs;	/* with an empty one behind the last */
+	const char *text;	/* paragraphs after the list of verbs, or NULL */
+	const char *const *modules;	/* for --version, terminated by NULL */
+	const struct cli_verb *verbs;	/* terminated by an empty one */
 };
 
 /* The running tool, for messages and documents */
@@ -63,13 +63,13 @@ extern const struct argp cli_common_argp;
 
 /*
  * For a verb that has no options and takes no arguments beside the common ones: parse these.
- * text: what `TOOL VERB --help` says. Return where the common options have been put.
+ * text: that of `TOOL VERB --help`. Return the common options.
  */
 struct cli_common cli_parse_common(const char *text, int argc, char **argv);
 
 /* "TOOL: ..." to standard error. Return CLI_FAILURE. */
 int cli_error(const char *format, ...) __attribute__((format(printf, 1, 2)));
-/* The same with the text of an errno (positive or negative) behind it. Return CLI_FAILURE. */
+/* The same, followed by the text of an errno (positive or negative). Return CLI_FAILURE. */
 int cli_errno(int error, const char *format, ...) __attribute__((format(printf, 2, 3)));
 /* The same. Return CLI_NO_DEVICE. */
 int cli_no_device(const char *format, ...) __attribute__((format(printf, 1, 2)));
@@ -81,8 +81,8 @@ char *cli_take_message(void);
 
 /*
  * JSON. Every document is an object whose first members are "schema" (CLI_SCHEMA), "tool" and
- * "verb"; a verb that goes on for ever prints such an object a line. CLI_SCHEMA changes when a
- * member goes or means something else; it does not when one is added.
+ * "verb"; a verb that runs until interrupted prints one such object per line. CLI_SCHEMA changes
+ * when a member is removed or changes its meaning, but not when one is added.
  */
 #define CLI_SCHEMA 1
 
@@ -100,17 +100,17 @@ void cli_json_number(struct json_object *object, const char *key, long long valu
 void cli_json_seconds(struct json_object *object, const char *key, double seconds);
 void cli_json_bool(struct json_object *object, const char *key, bool value);
 
-/* Colour and progress are for people: is this descriptor a terminal that takes them? */
+/* Colour and progress are for people: is this descriptor a terminal that supports them? */
 bool cli_is_terminal(int fd);
 
-/* What cli_colour() takes */
+/* For cli_colour() */
 enum cli_colour { CLI_PLAIN, CLI_BOLD, CLI_DIM, CLI_RED, CLI_GREEN, CLI_YELLOW, CLI_CYAN };
 
 /* The sequence that begins a colour on standard output; "" when that is no terminal */
 const char *cli_colour(enum cli_colour colour);
 
 /*
- * For verbs that go on until they are interrupted: SIGINT, SIGTERM or SIGHUP when it has come
+ * For verbs that run until they are interrupted: SIGINT, SIGTERM or SIGHUP once received
  * since cli_catch_signals(), or 0. A read() or poll() under way returns EINTR then.
  */
 void cli_catch_signals(void);

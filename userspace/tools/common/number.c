@@ -29,7 +29,7 @@ int number_real(const char *text, double min, double max, double *number)
 	double value;
 	char *end;
 
-	/* what strtod() takes as well: blanks, hexadecimal digits, and words */
+	/* strtod() also accepts blanks, hexadecimal digits, and words */
 	if (!*text || text[strspn(text, DIGITS "+-.eE")])
 		return -EINVAL;
 	value = strtod(text, &end);

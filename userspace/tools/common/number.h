@@ -13,7 +13,7 @@
 
 int number_whole(const char *text, unsigned long min, unsigned long max, unsigned long *number);
 int number_real(const char *text, double min, double max, double *number);
-/* A whole number that may have a sign, or be hexadecimal behind 0x */
+/* A whole number that may have a sign, or be hexadecimal after 0x */
 int number_code(const char *text, long min, long max, long *number);
 
 /* The same for the value of an option; anything else is a usage error and ends the program */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-only */
 /*
- * Attributes of sysfs, one value a file. Paths are printf formats. Return a negative errno: that
+ * Attributes of sysfs, one value per file. Paths are printf formats. Return a negative errno: that
  * of the driver, or of the open.
  */
 #ifndef SYSFS_H
@@ -11,7 +11,7 @@
 /* The text without its last newline, cut where it has no room. Return its length. */
 int sysfs_read(char *text, size_t size, const char *path, ...)
 	__attribute__((format(printf, 3, 4)));
-/* A number, decimal or 0x hexadecimal. Return 0; -EINVAL when it is none. */
+/* A number, decimal or 0x hexadecimal. Return 0, or -EINVAL if it is not a number. */
 int sysfs_read_number(long long *number, const char *path, ...)
 	__attribute__((format(printf, 2, 3)));
 /* The whole text by one write. Return 0. */

@@ -143,7 +143,7 @@ void doctor_found(struct doctor *doctor, const char *fix, const char *format, ..
 	doctor->found++;
 }
 
-/* ---- what is looked at ---- */
+/* ---- what is checked ---- */
 
 const struct doctor_tool *doctor_tool_of(const struct doctor *doctor)
 {
@@ -364,7 +364,7 @@ static void compare_device(struct doctor *doctor, const char *path)
 		add_device(doctor, path);
 }
 
-/* In the order of list: numbers behind the last . or - */
+/* In the order of list: numbers after the last . or - */
 static int compare_numbers(const void *one, const void *two)
 {
 	unsigned long x = strtoul(one + strcspn(one, ".-") + 1, NULL, 16);

@@ -2,7 +2,7 @@
 /*
  * The verb doctor of both tools: diagnose a device and suggest a fix.
  *
- * It only reads. A check looks at one thing and says, once or for each device, how it is: by
+ * It only reads. A check examines one thing and reports, once or for each device, the result: by
  * doctor_ok(), doctor_found() or doctor_skip(). All paths are below a root, so that a test can
  * give it a tree that it has made.
  */
@@ -21,19 +21,19 @@ struct doctor_check {
 	void (*look)(struct doctor *doctor);
 };
 
-/* A driver whose installation is looked at */
+/* A driver whose installation is checked */
 struct doctor_driver {
 	const char *module;	/* as modprobe has it: hid-xhc */
 	const char *sysfs;	/* as /sys/module has it: hid_xhc */
 };
 
 struct doctor_tool {
-	const struct doctor_driver *drivers;	/* with an empty one behind the last */
+	const struct doctor_driver *drivers;	/* terminated by an empty one */
 	const char *rules;			/* udev's file */
 	const char *what;			/* a device of the tool: "pendant" */
 	const char *devices;			/* their folders in sysfs, as a pattern */
 	const char *bound;			/* those that list numbers; NULL: by their names */
-	const struct doctor_check *checks;	/* of its own; with an empty one behind the last */
+	const struct doctor_check *checks;	/* of its own; terminated by an empty one */
 };
 
 /* What main() gives the verb's arguments to. Return an enum cli_status: CLI_FAILURE when found. */
@@ -44,7 +44,7 @@ int doctor_run(const struct doctor_tool *tool, int argc, char **argv);
 const struct doctor_tool *doctor_tool_of(const struct doctor *doctor);
 /* The release of the running kernel */
 const char *doctor_kernel(const struct doctor *doctor);
-/* Whether device is the one that --device has named, or none was */
+/* Whether device is the one named by --device, or none was named */
 bool doctor_wants(const struct doctor *doctor, const char *device);
 
 void doctor_ok(struct doctor *doctor, const char *format, ...)
@@ -61,7 +61,7 @@ const char *doctor_path(struct doctor *doctor, const char *format, ...)
 bool doctor_exists(struct doctor *doctor, const char *path);
 /* A file's first bytes, without a newline at the end. Return the length, or a negative errno. */
 int doctor_read(struct doctor *doctor, char *text, size_t size, const char *path);
-/* A number in a file; -1 when there is none */
+/* A number in a file; -1 if there is none */
 long long doctor_number(struct doctor *doctor, const char *path);
 /* The last part of where a link points to; "" when it is no link */
 void doctor_link(struct doctor *doctor, char *name, size_t size, const char *path);
@@ -72,7 +72,7 @@ int doctor_each(struct doctor *doctor, const char *pattern,
 
 /*
  * The process that has a device node open, beside this one: the first one's name and number, as
- * far as /proc tells it. Return whether there is one.
+ * far as /proc shows it. Return whether there is one.
  */
 bool doctor_holder(struct doctor *doctor, const char *node, char *name, size_t size, pid_t *pid);
 
@@ -101,7 +101,7 @@ const char *doctor_free_port(struct doctor *doctor);
 /* A check of pendants (linuxcnc.c) */
 void look_linuxcnc(struct doctor *doctor);
 
-/* The checks of installation, which both tools have; with an empty one behind the last */
+/* The checks of installation, which both tools have; terminated by an empty one */
 extern const struct doctor_check doctor_install_checks[];
 extern const struct doctor_tool doctor_pendant;
 extern const struct doctor_tool doctor_head;

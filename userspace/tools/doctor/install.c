@@ -250,7 +250,7 @@ static struct {
 	char file[PATH_MAX];	/* that keeps it from being loaded; "" when none does */
 } barred;
 
-/* modprobe takes - and _ for the same */
+/* modprobe treats - and _ as the same */
 static bool is_module(const char *name, const char *module)
 {
 	for (; *name && *module; name++, module++) {
@@ -356,7 +356,7 @@ static void look_version(struct doctor *doctor)
 /* What a kernel appends to a signed module (scripts/sign-file.c) */
 static const char signature_mark[] = "~Module signature appended~\n";
 
-/* 1: signed, 0: not signed, -1: it cannot be told, as the file is compressed or not there */
+/* 1: signed, 0: not signed, -1: unknown, as the file is compressed or missing */
 static int is_signed(struct doctor *doctor, const char *path)
 {
 	const size_t size = sizeof(signature_mark) - 1;
@@ -376,7 +376,7 @@ static int is_signed(struct doctor *doctor, const char *path)
 	return result;
 }
 
-/* Whether the kernel takes signed modules only, and who says so */
+/* Whether the kernel loads signed modules only, and why */
 static const char *enforced_by(struct doctor *doctor)
 {
 	static const char variable[] = "/sys/firmware/efi/efivars/"

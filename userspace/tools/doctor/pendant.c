@@ -16,7 +16,7 @@
 
 enum kind {
 	SUPPORTED,	/* the driver binds it */
-	CLONE,		/* it does when it is told to */
+	CLONE,		/* supported after a command */
 	UNKNOWN,	/* may be a pendant */
 	NO_PENDANT,
 };
@@ -82,7 +82,7 @@ static void hid_devices(char *pattern, size_t size, const char *folder, const ch
 		 toupper(id[1]), toupper(id[2]), toupper(id[3]));
 }
 
-/* Has the driver been told of this id? */
+/* Was this id added to the driver? */
 static bool is_driven(struct doctor *doctor, const char *id)
 {
 	char pattern[64];
@@ -157,7 +157,7 @@ static void look_interface(struct doctor *doctor, const char *path)
 	}
 }
 
-/* USB devices; of the others only what is theirs is looked at */
+/* USB devices; of others only their own attributes are checked */
 static void look_usb_device(struct doctor *doctor, const char *path)
 {
 	const struct product *product;
@@ -231,7 +231,7 @@ static void look_driver(struct doctor *doctor)
 			     "no HB03, HB04 or WHB04B is plugged in");
 }
 
-/* ---- what it says of itself ---- */
+/* ---- its attributes ---- */
 
 static void look_state_of(struct doctor *doctor, const char *path)
 {
@@ -249,9 +249,9 @@ static void look_state_of(struct doctor *doctor, const char *path)
 	if (number > 0)
 		doctor_found(doctor, "sudo dmesg | grep -i usb   # a bad cable or hub; then plug "
 			"in "
-			     "again", "%s has not accepted %lld frames for its display", name, number);
+			     "again", "%s has not accepted %lld display frames", name, number);
 	else
-		doctor_ok(doctor, "%s accepts frames for its display", name);
+		doctor_ok(doctor, "%s accepts display frames", name);
 	snprintf(file, sizeof(file), "%s/stats/unknown_keys", path);
 	number = doctor_number(doctor, file);
 	if (number > 0)

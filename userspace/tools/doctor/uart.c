@@ -2,7 +2,7 @@
 /*
  * Serial ports of scanheads: who else uses one, and whether it is fit for a head.
  *
- * Nothing tells a port with a head from any other. While a head is attached only its port is looked
+ * Nothing distinguishes a port with a head. While a head is attached only its port is looked
  * at; otherwise all are, as one of them may be meant.
  */
 #include <limits.h>
@@ -136,7 +136,7 @@ const char *doctor_free_port(struct doctor *doctor)
 
 /* ---- one port ---- */
 
-/* Has udev been told that ModemManager is to keep away? */
+/* Does a udev rule keep ModemManager away? */
 static bool is_ignored(struct doctor *doctor, const char *name)
 {
 	char number[16], path[64], text[4096];
@@ -256,7 +256,7 @@ static void ignore(struct doctor *doctor, const char *path)
 	(void)path;
 }
 
-/* It takes adapters by rules of udev, whether a braille display is there or not. */
+/* It claims adapters by udev rules, whether there is a braille display or not. */
 static bool has_brltty(struct doctor *doctor)
 {
 	return doctor_each(doctor, "/usr/lib/udev/rules.d/*brltty*.rules", ignore) ||

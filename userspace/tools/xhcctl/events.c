@@ -12,7 +12,7 @@
 #include "events.h"
 #include "model.h"
 
-/* The key code that a scan code is mapped to, 0 for none. Anybody may map it anew at any time. */
+/* The key code that a scan code is mapped to, 0 for none. It may be remapped at any time. */
 static unsigned int mapped(const struct events *events, unsigned int scan)
 {
 	struct input_keymap_entry entry = { .len = sizeof(scan) };
@@ -30,7 +30,7 @@ static bool is_selector(const struct events *events, unsigned int code)
 	return false;
 }
 
-/* Which key is it, when the kernel does not say? Only after events were dropped. 0: none. */
+/* The key of an event without a scan code, after events were dropped. 0: none. */
 static unsigned int find_scan(const struct events *events, unsigned int code, bool down)
 {
 	for (unsigned int scan = 1; scan <= LAYOUT_KEYS; scan++) {

@@ -12,7 +12,7 @@
 #include "model.h"
 #include "sysfs.h"
 
-/* What the driver takes; a test holds it against the driver */
+/* What the driver accepts; a test compares it with the driver */
 #define RANGE_WORD	"0..65535"
 
 const struct field fields[SETTABLE] = {

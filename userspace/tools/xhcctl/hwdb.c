@@ -156,7 +156,7 @@ static int ask_udevd(char *const argv[])
 	return status;
 }
 
-/* udevd looks for a new file by itself, but not within three seconds after it has looked last. */
+/* udevd detects a new file by itself, but checks at most every three seconds. */
 static int reload(void)
 {
 	char *const control[] = { "udevadm", "control", "--reload", NULL };

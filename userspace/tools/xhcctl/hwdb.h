@@ -5,7 +5,7 @@
 #ifndef HWDB_H
 #define HWDB_H
 
-/* behind systemd's 60-keyboard.hwdb, which it overrides */
+/* sorts after systemd's 60-keyboard.hwdb, which it overrides */
 #define HWDB_FILE	"/etc/udev/hwdb.d/61-xhc-pendant.hwdb"
 
 /* Where it is below a root (NULL: the running system's); to be freed. NULL: no memory. */
@@ -16,7 +16,7 @@ int hwdb_write(const char *path, const char *entry);	/* whole or not at all */
 int hwdb_remove(const char *path);			/* also when there is none */
 int hwdb_apply(void);					/* to what is plugged in, at once */
 
-/* Say how the file is put to work */
+/* Print how to activate the file */
 void hwdb_say(const char *root);
 
 #endif /* HWDB_H */

@@ -15,7 +15,7 @@
 
 /*
  * Codes that systemd-logind, acpid, the power daemon of a desktop or the kernel act upon. A pendant
- * is used in the midst of a machine's work: none of its keys may stop the computer or lock its user
+ * is used while a machine works: none of its keys may stop the computer or lock its user
  * out.
  */
 static const struct {

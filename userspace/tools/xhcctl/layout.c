@@ -22,7 +22,7 @@ struct options {
 };
 
 static const struct argp_option option_table[] = {
-	{ "captions", 'c', NULL, 0, "Choose labels only: the keys keep the codes of the driver", 0 },
+	{ "captions", 'c', NULL, 0, "Labels only: the keys keep the codes of the driver", 0 },
 	{ "write", 'w', NULL, 0, "Write the entry to " HWDB_FILE, 0 },
 	{ "apply", 'a', NULL, 0, "Write the entry and activate it", 0 },
 	{ "root", 'r', "FOLDER", 0, "Write below FOLDER, as systemd-hwdb --root does", 0 },

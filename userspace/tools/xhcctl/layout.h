@@ -29,10 +29,10 @@ struct layout {
 	struct layout_key key[LAYOUT_KEYS + 1];	/* by scan code */
 };
 
-/* The folders with layouts, in the order they are looked at; the last one is followed by NULL */
+/* The folders with layouts, in the order of the search, terminated by NULL */
 const char *const *layout_folders(void);
 
-/* Could this be the name of one? It becomes the name of a file. */
+/* Whether this is a valid name. It becomes the name of a file. */
 bool layout_name_ok(const char *name);
 
 /* Return CLI_OK; CLI_USAGE: there is none of this name; CLI_FAILURE: it is invalid. */

@@ -21,7 +21,7 @@ enum { ROTARY_LEAD = 7 };
 static void print_to(char *to, size_t size, const char *format, ...)
 	__attribute__((format(printf, 3, 4)));
 
-/* What has no room is cut: the values come from a file, and could be anything */
+/* Text that does not fit is truncated: the values are read from files, and could be anything */
 static void print_to(char *to, size_t size, const char *format, ...)
 {
 	va_list arguments;

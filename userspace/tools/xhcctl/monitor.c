@@ -14,9 +14,9 @@
 #include "monitor.h"
 #include "verbs.h"
 
-/* How often to look at the display: nobody says when it changes */
+/* Interval of reading the display: changes are not notified */
 #define LOOK_MS		100
-/* The longest wait otherwise: a signal may have come just before it */
+/* Maximum wait otherwise: a signal may have arrived just before it */
 #define WAIT_MS		500
 
 struct options {

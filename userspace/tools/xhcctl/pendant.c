@@ -71,7 +71,7 @@ static void look_at_nodes(struct udev *udev, struct udev_device *hid, struct pen
 	}
 }
 
-/* Return false when it goes away while we look. */
+/* Return false if it is removed meanwhile. */
 static bool look_at(struct udev *udev, const char *path, struct pendant *pendant)
 {
 	struct udev_device *hid = udev_device_new_from_syspath(udev, path);
@@ -108,7 +108,7 @@ static int add(struct pendants *list, const struct pendant *pendant)
 	return 0;
 }
 
-/* Numbers behind the dot are given in the order of plugging in */
+/* Numbers after the dot are assigned in the order of plugging in */
 static int compare(const void *one, const void *two)
 {
 	const struct pendant *a = one, *b = two;

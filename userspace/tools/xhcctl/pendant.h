@@ -29,7 +29,7 @@ struct pendants {
 	struct pendant *item;
 };
 
-/* Return 0 or a negative errno. The caller frees the list, whatever comes. */
+/* Return 0 or a negative errno. The caller frees the list in any case. */
 int pendants_find(struct pendants *list);
 void pendants_free(struct pendants *list);
 

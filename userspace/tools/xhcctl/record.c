@@ -17,7 +17,7 @@
 #include "recording.h"
 #include "verbs.h"
 
-/* The longest wait: a signal may have come just before it */
+/* Maximum wait: a signal may have arrived just before it */
 #define WAIT_MS	500
 
 struct options {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * Recordings. See recording.h. They come from anywhere: nothing in one is believed.
+ * Recordings. See recording.h. They are untrusted input.
  */
 #include <ctype.h>
 #include <errno.h>
@@ -21,7 +21,7 @@ struct reader {
 	size_t room;		/* for reports */
 };
 
-/* A number without sign. Return false when it is none or over the limit. */
+/* A number without sign. Return false if it is not a number or over the limit. */
 static bool take_number(const char **text, int base, unsigned long max, unsigned long *number)
 {
 	char *end;
@@ -58,7 +58,7 @@ static const char *take_bytes(const char *text, uint8_t *data, size_t max, size_
 	return NULL;
 }
 
-/* Seconds and six digits behind the point */
+/* Seconds and six digits after the point */
 static bool take_time(const char **text, uint64_t *us)
 {
 	unsigned long seconds, fraction;

@@ -12,9 +12,9 @@
 #include "uhid-device.h"
 #include "verbs.h"
 
-/* How long a driver may take to come; udev may have to load it first */
+/* Time limit for a driver to bind; udev may have to load it first */
 #define DRIVER_US	10000000
-/* The longest wait: a signal may have come just before it */
+/* Maximum wait: a signal may have arrived just before it */
 #define WAIT_US		500000
 
 struct options {

@@ -140,7 +140,7 @@ static int refused(const struct pendant *pendant, const struct assignment *assig
 	return status;
 }
 
-/* The driver checks each value as it is written: those before one that it refuses go back. */
+/* The driver checks each value as it is written: restore those before one that it refuses. */
 static int write_all(const struct pendant *pendant, struct options *options)
 {
 	for (size_t i = 0; i < options->count; i++) {

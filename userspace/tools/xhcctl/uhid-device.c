@@ -54,7 +54,7 @@ int uhid_send(struct uhid_device *device, const uint8_t *data, size_t size)
 	return send_event(device, &event);
 }
 
-/* A frame of the display is taken, whatever is in it; there is nothing to be read. */
+/* Any display frame is accepted; there is nothing to read. */
 static int answer(struct uhid_device *device, const struct uhid_event *event)
 {
 	struct uhid_event reply = { 0 };

@@ -18,7 +18,7 @@ struct uhid_device {
 int uhid_create(struct uhid_device *device, const struct recording *recording);
 void uhid_destroy(struct uhid_device *device);
 int uhid_send(struct uhid_device *device, const uint8_t *data, size_t size);
-/* Answer what the kernel asks for so long; ends early on a signal */
+/* Answer requests of the kernel for this time; ends early on a signal */
 int uhid_serve(struct uhid_device *device, int ms);
 
 #endif /* UHID_DEVICE_H */

@@ -83,7 +83,7 @@ static const struct argp attach_argp = {
 
 static const struct argp detach_argp = {
 	.parser = parse, .children = cli_children, .args_doc = "{UART|HEAD}",
-	.doc = "Detach a UART that `xy3ctl attach' or ldattach has attached: it is a plain UART again."
+	.doc = "Detach a UART that `xy3ctl attach' or ldattach has attached."
 	       "\v"
 	       "An ldattach keeps the UART open until it is stopped. It requires root.",
 };
@@ -144,8 +144,9 @@ static int open_uart(const char *name, int *fd)
 }
 
 /*
- * Who attaches holds a lock on the UART, so that who detaches can wait until it is free: what comes
- * next may want it, or want the module gone. ldattach has none. Return whether we have got it.
+ * The attaching process holds a lock on the UART, so that the detaching one can wait until it is
+ * free: the next command may use it, or unload the module. ldattach has none. Return whether the
+ * lock was taken.
  */
 static bool lock_uart(int fd, int ms)
 {
@@ -287,7 +288,7 @@ int detach_verb(int argc, char **argv)
 	else
 		status = set_ldisc(fd, path, N_TTY);
 	if (!status && !lock_uart(fd, LEAVE_MS))
-		status = cli_error("%s: detached, but the program that attached it still holds it", path);
+		status = cli_error("%s: detached, but another program is using it", path);
 	close(fd);
 	return status;
 }

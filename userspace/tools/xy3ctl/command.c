@@ -141,7 +141,7 @@ static int failed(const struct head *head, const struct command *command, const 
 	return cli_errno(error, "%s: %s", head->name, command->name);
 }
 
-/* Two words as one: "on" and "xy". Nothing is all axes: sysfs takes no empty text. */
+/* Two words as one: "on" and "xy". Nothing stands for all axes: sysfs accepts no empty text. */
 static void join(char *text, size_t size, const struct settings *settings)
 {
 	if (settings->count == 1)

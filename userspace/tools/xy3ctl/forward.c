@@ -345,7 +345,7 @@ bool forward_gate(const struct forward *forward)
 	return forward->gate;
 }
 
-/* IIO's channels are those axes that are on a line, in their order; the label says which */
+/* IIO's channels are those axes that are on a line, in their order, named by their labels */
 static enum xy3_axis iio_axis(const struct forward *forward, unsigned int index)
 {
 	char path[96], label[8];

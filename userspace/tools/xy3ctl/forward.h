@@ -15,7 +15,7 @@
 
 #include <linux/xy3.h>
 
-/* What the options say */
+/* The options */
 struct forward_settings {
 	const char *spidev;	/* NULL: the head's IIO device */
 	unsigned int lines;	/* of a spidev */
@@ -44,14 +44,14 @@ void forward_close(struct forward *forward);
 const char *forward_name(const struct forward *forward);
 /* Codes of a scan; the axis of each; and the highest code */
 unsigned int forward_axes(const struct forward *forward);
-/* A scan of a stream has 1 or 0 for the laser's gate behind its codes; it is no interlock */
+/* A scan of a stream has 1 or 0 for the laser's gate after its codes; it is not an interlock */
 bool forward_gate(const struct forward *forward);
 enum xy3_axis forward_axis(const struct forward *forward, unsigned int index);
 uint32_t forward_top(const struct forward *forward);
 
 /*
  * Move axes that are chosen, by index, to codes, by one scan: all at once. The others stay; with a
- * spidev they go to the middle, as nothing tells where they are.
+ * spidev they move to the middle, as their positions are not known.
  */
 int forward_move(struct forward *forward, const uint32_t *codes, const bool *chosen);
 
@@ -71,7 +71,7 @@ int forward_abort(struct forward *forward);
  */
 unsigned long forward_sent(const struct forward *forward, unsigned long written);
 
-/* Frames per second that are wanted, and that there were when last looked at; 0: not known */
+/* Frames per second, requested and last measured; 0: not known */
 long forward_rate(const struct forward *forward);
 long forward_achieved(const struct forward *forward);
 /* How often the stream was late; -1: not known */

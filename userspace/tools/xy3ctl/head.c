@@ -19,7 +19,7 @@
 #define CLASS "/sys/class/xy3"
 #define COUNTERS "/sys/kernel/debug/xy3-spi"
 
-/* The last part of the first path that fits the pattern, "" when none does */
+/* The last component of the first path that matches the pattern, "" if none does */
 static void first_match(char *name, size_t size, const char *pattern)
 {
 	glob_t found;
@@ -58,7 +58,7 @@ static void look(struct head *head, unsigned int number)
 	first_match(head->iio, sizeof(head->iio), pattern);
 }
 
-/* The number in a head's name; -1 when it is none */
+/* The number in the name of a head; -1 if it is not a head */
 static long number_of(const char *name)
 {
 	char *end;

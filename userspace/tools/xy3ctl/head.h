@@ -40,7 +40,7 @@ int head_read_counter(const struct head *head, const char *name, long long *numb
 int head_write(const struct head *head, const char *name, const char *text);
 int head_write_iio(const struct head *head, const char *name, long long number);
 
-/* Millidegrees of a component's thermometer. Return 0, or -ENODATA when it does not tell. */
+/* Temperature of a component in millidegrees. Return 0, or -ENODATA if it is not reported. */
 int head_temperature(const struct head *head, unsigned int component, long *millidegrees);
 
 /* How many axes its forward channel has; what x is, is out_angl0 and so on */

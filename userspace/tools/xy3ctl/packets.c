@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * xy3ctl packets: what comes on the backchannel, packet by packet; live, or from a file.
+ * xy3ctl packets: the packets of the backchannel, live or from a file.
  *
  * Formats: <linux/xy3.h>. The receiver is the one of libxy3, which is the driver's.
  */
@@ -20,7 +20,7 @@
 #include "head.h"
 #include "verbs.h"
 
-/* The longest wait: a signal may have come just before it */
+/* Maximum wait: a signal may have arrived just before it */
 #define WAIT_MS	500
 
 struct settings {
@@ -111,7 +111,7 @@ static const char *type_name(uint8_t type)
 	return NULL;
 }
 
-/* ---- what a packet says, as JSON, of which the text is made as well ---- */
+/* ---- the content of a packet as JSON, which the text is made from as well ---- */
 
 static struct json_object *temperatures(const struct xy3_receiver *receiver)
 {
@@ -382,7 +382,7 @@ static int read_all(struct settings *settings, struct source *source)
 	return got < 0 ? cli_errno(got, "%s", name) : CLI_OK;
 }
 
-/* From a tty packets come whole: there is no need to wait for a sync */
+/* A tty delivers complete packets: there is no need to wait for a sync */
 static void begin_in_sync(struct xy3_receiver *receiver)
 {
 	static const uint8_t syncs[] = {

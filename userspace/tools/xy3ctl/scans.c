@@ -68,7 +68,7 @@ static long next_of_shape(struct scans *scans, uint32_t *codes, size_t count)
 	return i;
 }
 
-/* ---- numbers, a scan a line ---- */
+/* ---- numbers, one scan per line ---- */
 
 #define BLANKS	" \t\r\n"
 #define BOM	"\xef\xbb\xbf"	/* some spreadsheets begin a file with it */
@@ -199,7 +199,7 @@ static long next_of_lines(struct scans *scans, uint32_t *codes, size_t count)
 	return done;
 }
 
-/* ---- codes as the IIO device takes them ---- */
+/* ---- codes in the format of the IIO device ---- */
 
 /* Of the scans that were read, those up to one that is wrong */
 static size_t check_raw(struct scans *scans, uint32_t *codes, size_t count)

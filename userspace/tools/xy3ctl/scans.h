@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-only */
 /*
- * Where the scans of a stream come from: a shape, a file of numbers, or codes ready to be sent.
+ * Source of the scans of a stream: a shape, a file of numbers, or codes ready to be sent.
  */
 #ifndef SCANS_H
 #define SCANS_H
@@ -17,16 +17,16 @@ struct xy3_path;
 
 struct scans {
 	unsigned int axes;	/* codes of a scan */
-	bool gate;		/* behind them is 1 or 0 for the gate */
-	bool shape_gate;	/* a shape asks for it, but for the way to its first place */
+	bool gate;		/* followed by 1 or 0 for the gate */
+	bool shape_gate;	/* a shape requests it, except on the way to its first position */
 	uint32_t top;		/* the highest code */
 	int index_of[XY3_AXES];	/* of an axis in a scan; -1: not there */
 
 	const struct shape *shape;	/* or NULL: a file */
 	double size;		/* radius of the circle, 0 to 1 */
 	unsigned long points;	/* scans of one round */
-	unsigned long left;	/* scans of a shape that are still to come; ULONG_MAX: for ever */
-	unsigned long done;	/* those that came */
+	unsigned long left;	/* remaining scans of a shape; ULONG_MAX: for ever */
+	unsigned long done;	/* scans returned */
 
 	const char *name;	/* of the file */
 	FILE *file;
@@ -34,7 +34,7 @@ struct scans {
 	bool raw;
 	bool codes;		/* numbers are codes, not -1 to 1 */
 	unsigned long line;
-	unsigned int numbers;	/* of each line; 0: none has come */
+	unsigned int numbers;	/* of each line; 0: before the first */
 	struct xy3_path *path;	/* lines are its vertices; NULL: they are scans */
 	bool path_ends;
 	bool failed;		/* it has said so, and there are no further scans */
@@ -42,11 +42,11 @@ struct scans {
 
 /*
  * The next scans, up to count. Return how many, 0 at the end, or -1: then it has said what is
- * wrong with the file. What comes before a scan that is wrong is returned before that.
+ * wrong with the file. Scans before an invalid one are returned first.
  */
 long scans_next(struct scans *scans, uint32_t *codes, size_t count);
 
-/* Look at all scans of a regular file before the first is taken. Return an enum cli_status. */
+/* Check all scans of a regular file before the first is returned. Return an enum cli_status. */
 int scans_check(struct scans *scans);
 
 #endif /* SCANS_H */

@@ -53,7 +53,7 @@ enum {
 
 static const struct argp_option options[] = {
 	{ "size", KEY_SIZE, "PART", 0, "Radius of a shape's circle, from 0 to 1 (0.9)", 0 },
-	{ "points", KEY_POINTS, "NUMBER", 0, "Scans of a shape; fewer make it faster and rougher", 0 },
+	{ "points", KEY_POINTS, "NUMBER", 0, "Scans of a shape; fewer are faster and rougher", 0 },
 	{ "repeat", KEY_REPEAT, "NUMBER", 0,
 	  "Times to draw a shape; 0: until interrupted (1)", 0 },
 	{ "codes", KEY_CODES, NULL, 0, "Numbers of FILE are codes, not -1 to 1", 1 },

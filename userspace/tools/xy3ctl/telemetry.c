@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * What a head has told. See telemetry.h.
+ * Reports of a head. See telemetry.h.
  */
 #include <errno.h>
 #include <json-c/json.h>
@@ -24,7 +24,7 @@ static void name_it(struct fact *fact, const char *name)
 static void take(const struct head *head, struct fact *fact, bool is_number)
 {
 	fact->is_number = is_number;
-	/* what cannot be read has not been told */
+	/* what cannot be read was not reported */
 	if (head_read(head, fact->name, fact->value, sizeof(fact->value)) < 0)
 		fact->value[0] = '\0';
 }
@@ -118,7 +118,7 @@ void telemetry_json(struct json_object *object, const struct head *head,
 			json_object_object_add(object, fact->name, fact_json(fact));
 			continue;
 		}
-		/* what is told of components and axes: an object with those that are known */
+		/* reports on components and axes: an object with those that are known */
 		snprintf(name, sizeof(name), "%.*s", (int)(slash - fact->name), fact->name);
 		if (!json_object_object_get_ex(object, name, &folder)) {
 			folder = json_object_new_object();

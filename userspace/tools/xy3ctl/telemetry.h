@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-only */
 /*
- * What a head has told, as a list of facts: a name and a value each, in a fixed order. Names are
+ * Reports of a head, as a list of facts: a name and a value each, in a fixed order. Names are
  * those of the attributes in sysfs; temperatures are temperature/<component>, in degrees.
  */
 #ifndef TELEMETRY_H
@@ -14,7 +14,7 @@
 
 struct fact {
 	char name[32];
-	char value[XY3_TEXT_MAX + 1];	/* "" while the head has not told */
+	char value[XY3_TEXT_MAX + 1];	/* "" while it was not reported */
 	bool is_number;
 };
 
@@ -25,11 +25,11 @@ struct telemetry {
 /* Look at all of it. Return 0, or -ENODEV when the head has gone. */
 int telemetry_read(const struct head *head, struct telemetry *telemetry);
 
-/* A fact's value; "" when there is none of this name */
+/* The value of a fact; "" if there is none of this name */
 const char *telemetry_get(const struct telemetry *telemetry, const char *format, ...)
 	__attribute__((format(printf, 2, 3)));
 
-/* A dash for what has not been told */
+/* A dash for a value that was not reported */
 const char *or_dash(const char *value);
 
 struct json_object;

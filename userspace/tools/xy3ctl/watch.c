@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * xy3ctl watch: what a head tells, as it tells it.
+ * xy3ctl watch: telemetry of a head, as it changes.
  *
  * Errors, sync and identity wake us by the head's uevents; the rest is polled.
  */
@@ -128,7 +128,7 @@ static int watch(struct settings *settings, struct head *head, struct udev_monit
 
 	limits_start(limits);
 	while (!cli_interrupted()) {
-		/* a transport may have come or gone */
+		/* a channel may have been attached or detached */
 		if (head_find(head, head->name))
 			return CLI_NO_DEVICE;
 		if (telemetry_read(head, &after))
