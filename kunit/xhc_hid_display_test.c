@@ -168,7 +168,7 @@ static void late_report_test(struct kunit *test)
 
 /* ---- times ---- */
 
-/* Least time in microseconds from the end of a frame to the beginning of the next */
+/* Minimum time in microseconds from the end of a frame to the start of the next */
 static s64 least_pause(struct kunit *test, struct pendant *pendant, unsigned int from,
 		       unsigned int frames)
 {
@@ -190,7 +190,7 @@ static void refresh_row_name(const unsigned int *row, char *name)
 
 KUNIT_ARRAY_PARAM(refresh, refresh_rows, refresh_row_name);
 
-/* refresh_ms is the least time, whatever a jiffy is and whenever in it a change comes */
+/* refresh_ms is the minimum time, whatever a jiffy is and whenever in it a change comes */
 static void refresh_test(struct kunit *test)
 {
 	unsigned int refresh_ms = *(const unsigned int *)test->param_value;

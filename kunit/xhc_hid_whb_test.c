@@ -348,7 +348,7 @@ static void whb_crossed_test(struct kunit *test)
 	struct pendant *whb = whb_good(test), *hb = pendant_good(test);
 
 	forget_events();
-	/* the HID core fills up a report that is too short, but the driver gets it as it came */
+	/* the HID core fills up a report that is too short, but the driver gets it as received */
 	REPORT(test, whb, 4, 0x01, 0x02, 0x11, 1, 0);
 	REPORT(test, hb, 4, 0x5a, 0x01, 0x02, 0x0d, 0x11, 1, 0);
 	expect_no_event(test);

@@ -173,7 +173,7 @@ static void write_test(struct kunit *test)
 	expect_no_call(test);
 }
 
-/* A write is taken as far as there is room, in whole frames; poll() is told of the same room */
+/* A write is accepted as far as there is room, in complete frames; poll() reports the same room */
 static void write_room_test(struct kunit *test)
 {
 	static const u8 frames[] = { 0x08, 0, 0x06, 0x80, 0x20, 0, 0x12, 0x30, 0, 0x02 };

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""figure.py FIGURE...: print paths for a scanhead, a position a line: X and Y, from -1 to 1.
+"""figure.py FIGURE...: print paths for a scanhead, one position per line: X and Y, from -1 to 1.
 
 The square is in the circle, and the grid in the square. Each begins and ends at the same corner, so
 that one can follow another without a jump of the mirrors. The letters have jumps: behind X and Y is

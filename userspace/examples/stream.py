@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """stream.py [-r RATE] [DEVICE]: stream positions to a scanhead, by its IIO buffer.
 
-Standard input has a position a line: for each axis a number from -1 to 1, X first. Axes that a line
-leaves out are in the middle. Where the head has a gate, a number behind those of all axes is 1 or 0
-for it, and without it the gate is low; it is no interlock. DEVICE is iio:device<n>; without it the
-first that is a scanhead.
+Standard input has one position per line: for each axis a number from -1 to 1, X first. Axes that a
+line leaves out are in the middle. If the head has a gate, a number after those of all axes is 1 or
+0 for it, by default 0; it is not an interlock. DEVICE is iio:device<n>, by default the first
+scanhead.
 """
 
 import argparse

@@ -85,7 +85,7 @@ uint64_t xy3_receiver_count(const struct xy3_receiver *receiver, enum xy3_counte
  * is 0 and there are no bytes.
  */
 uint8_t xy3_receiver_type(const struct xy3_receiver *receiver);	/* enum xy3_packet_type */
-/* false: newer than this library; its length is taken as it came */
+/* false: newer than this library; its length is accepted as received */
 bool xy3_receiver_is_known(const struct xy3_receiver *receiver);
 /* All its bytes, of which the first XY3_PACKET_HEADER are the header */
 const uint8_t *xy3_receiver_packet(const struct xy3_receiver *receiver, size_t *size);

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""xhcctl with virtual pendants: record, replay, and a layout that is put to work."""
+"""xhcctl with virtual pendants: record, replay, and a layout that is activated."""
 
 import json
 import os

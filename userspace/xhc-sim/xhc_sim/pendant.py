@@ -27,7 +27,7 @@ class NoDevice(OSError):
 
 
 class SetReport:
-    """One SET_REPORT request as it came from the host."""
+    """One SET_REPORT request as received from the host."""
 
     __slots__ = ('time', 'wvalue', 'windex', 'data', 'status')
 

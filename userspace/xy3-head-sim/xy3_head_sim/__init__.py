@@ -5,7 +5,7 @@ wire      the format: tables, packets, and a decoder
 faults    what can go wrong between the head and the host
 head      what the head knows, what it sends and when, and the counts
 line      pseudo terminal, socket, file
-script    commands, one a line
+script    commands, one per line
 """
 
 VERSION = '0.1.0'

@@ -42,7 +42,7 @@ def read_layout(name):
 
 
 def choose(name, keys):
-    """The entry for an HB04; udev is told of it. None: there is none any more."""
+    """The entry for an HB04, activated in udev. None: it is removed."""
     if keys is None:
         os.unlink(HWDB)
     else:
