@@ -77,6 +77,7 @@ static void search_end_test(struct kunit *test)
 
 	KUNIT_ASSERT_EQ(test, store(head, "autobaud", "1"), 0);
 	KUNIT_ASSERT_TRUE(test, wait_calls(2));
+	msleep(SETTLED_MS);
 	SEND(test, uart, SYNC, SYNC);
 	msleep(20000);
 	EXPECT_CALLS(test, { UART, 230400 }, { UART, 460800 });
@@ -89,6 +90,7 @@ static void search_end_test(struct kunit *test)
 	EXPECT_CALLS(test, { UART, 921600 });
 	KUNIT_ASSERT_TRUE(test, wait_calls(1));
 	EXPECT_CALLS(test, { UART, 57600 });
+	msleep(SETTLED_MS);
 	SEND(test, uart, SYNC, SYNC);
 
 	/* lost and found again in that first turn */
