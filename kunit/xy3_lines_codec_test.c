@@ -611,7 +611,7 @@ static void lower_gate_test(struct kunit *test)
 static void check_words(struct kunit *test, const struct xy3_line_map *map, u32 value)
 {
 	struct wire wire = { .frame_bits = map->frame_bits };
-	u32 position = 0, command = 0;
+	u32 position = 0, command = 0, word;
 
 	for (unsigned int n = 0; n < wire.frame_bits; n++) {
 		wire.command = false;
@@ -619,8 +619,10 @@ static void check_words(struct kunit *test, const struct xy3_line_map *map, u32 
 		wire.command = true;
 		command = command << 1 | frame_bit(&wire, value & 0xfffff, n);
 	}
-	KUNIT_EXPECT_EQ_MSG(test, xy3_position_word(map, value), position, "%#x", value);
-	KUNIT_EXPECT_EQ_MSG(test, xy3_command_word(map, value), command, "%#x", value);
+	xy3_encode_scans(map, &value, 1, (u8 *)&word);
+	KUNIT_EXPECT_EQ_MSG(test, word, position, "%#x", value);
+	xy3_encode_command_scan(map, value, (u8 *)&word);
+	KUNIT_EXPECT_EQ_MSG(test, word, command, "%#x", value);
 }
 
 static void word_test(struct kunit *test)
@@ -630,7 +632,7 @@ static void word_test(struct kunit *test)
 	u32 random = 0xcafe;
 
 	for (; wire.frame_bits <= 32; wire.frame_bits += 8) {
-		KUNIT_ASSERT_EQ(test, map_init(test, &map, &wire), 0);
+		KUNIT_ASSERT_EQ(test, xy3_word_map_init(&map, 1, wire.frame_bits, wire.signal), 0);
 		for (unsigned int bit = 0; bit < 32; bit++) {
 			check_words(test, &map, 1U << bit);
 			check_words(test, &map, (1U << bit) - 1);
@@ -672,6 +674,110 @@ static void bounds_test(struct kunit *test)
 	}
 }
 
+/* ---- lanes: a word for each ---- */
+
+static const struct lanes_row {
+	const char *name;
+	struct wire wire;
+	int err;
+} lanes_rows[] = {
+	{ "one lane", { 1, 24, { X } } },
+	{ "five lanes, 24 bits", { 5, 24, { X, Y, Z, U, W } } },
+	{ "five lanes, 32 bits", { 5, 32, { W, U, Z, Y, X } } },
+	{ "three lanes with a gate, 24 bits", { 3, 24, { GATE, Y, X } } },
+	{ "eight lanes with a gate, 32 bits", { 8, 32, { X, Y, NO, U, W, GATE, NO, Z } } },
+	{ "no lane", { 0, 24, { X } }, -EINVAL },
+	{ "nine lanes", { 9, 24, { X } }, -EINVAL },
+	{ "no X", { 2, 24, { Y, NO } }, -EINVAL },
+	{ "an axis twice", { 3, 24, { X, Y, Y } }, -EINVAL },
+	{ "two gates", { 3, 24, { X, GATE, GATE } }, -EINVAL },
+	{ "SYNC as a lane", { 5, 24, { SYNC, X, Y, Z, U } }, -EINVAL },
+	{ "a frame of 25 bits", { 2, 25, { X, Y } }, -EINVAL },
+};
+
+KUNIT_ARRAY_PARAM_DESC(lanes, lanes_rows, name);
+
+/* The word of a lane, bit by bit; of the gate it is all ones or none */
+static u32 lane_word(const struct wire *wire, unsigned int lane, const u32 *data)
+{
+	u8 signal = wire->signal[lane];
+	u32 word = 0;
+
+	for (unsigned int n = 0; n < wire->frame_bits; n++) {
+		word <<= 1;
+		if (signal <= W)
+			word |= frame_bit(wire, data[signal], n);
+		else if (signal == GATE && !wire->command)
+			word |= data[GATE_DATA] == 1;
+	}
+	return word;
+}
+
+/* By axis, and the gate behind them -> columns of the map */
+static unsigned int columns_of(const struct wire *wire, const u32 *data, u32 *codes)
+{
+	unsigned int count = 0;
+
+	for (u8 axis = X; axis <= W; axis++)
+		if (has(wire, axis))
+			codes[count++] = data[axis];
+	if (has(wire, GATE))
+		codes[count++] = data[GATE_DATA];
+	return count;
+}
+
+static void lanes_test(struct kunit *test)
+{
+	const struct lanes_row *row = test->param_value;
+	struct wire wire = row->wire;
+	u32 code_max = wire.frame_bits == 32 ? 0x3ffffff : 0xfffff;
+	u32 random = 0xbeef, data[4][GATE_DATA + 1], codes[4 * (GATE_DATA + 1)];
+	static const u32 empty[GATE_DATA + 1];
+	struct xy3_line_map map;
+	unsigned int count = 0;
+	u32 *out;
+
+	KUNIT_ASSERT_EQ(test, xy3_word_map_init(&map, wire.lines, wire.frame_bits, wire.signal),
+			row->err);
+	if (row->err)
+		return;
+	KUNIT_ASSERT_EQ(test, map.scan_size, 4 * wire.lines);
+	KUNIT_EXPECT_EQ(test, xy3_gap_size(&map), 0);
+	for (unsigned int scan = 0; scan < 4; scan++) {
+		for (unsigned int i = 0; i < GATE_DATA; i++)
+			data[scan][i] = next_random(&random) & code_max;
+		data[scan][GATE_DATA] = scan < 3 ? scan : 1;	/* 2 is not 1 */
+		count += columns_of(&wire, data[scan], codes + count);
+	}
+	KUNIT_ASSERT_EQ(test, count, 4 * map.columns);
+
+	/* in memory that has not a byte more */
+	out = kunit_kmalloc(test, 4 * map.scan_size, GFP_KERNEL);
+	KUNIT_ASSERT_NOT_NULL(test, out);
+	memset(out, 0x5a, 4 * map.scan_size);
+	xy3_encode_scans(&map, codes, 4, (u8 *)out);
+	for (unsigned int i = 0; i < 4 * wire.lines; i++)
+		KUNIT_EXPECT_EQ_MSG(test, out[i],
+				    lane_word(&wire, i % wire.lines, data[i / wire.lines]),
+				    "lane %u", i % wire.lines);
+
+	/* the last scan has asked for the gate */
+	data[3][GATE_DATA] = 0;
+	xy3_lower_gate_behind(&map, (u8 *)(out + 3 * wire.lines));
+	xy3_lower_gate(&map, (u8 *)(out + 3 * wire.lines));
+	for (unsigned int lane = 0; lane < wire.lines; lane++)
+		KUNIT_EXPECT_EQ(test, out[3 * wire.lines + lane],
+				lane_word(&wire, lane, data[3]));
+
+	wire.command = true;
+	memset(data[0], 0, sizeof(data[0]));
+	data[0][X] = 0xa5a5a;
+	xy3_encode_command_scan(&map, data[0][X], (u8 *)out);
+	for (unsigned int lane = 0; lane < wire.lines; lane++)
+		KUNIT_EXPECT_EQ(test, out[lane],
+				lane_word(&wire, lane, wire.signal[lane] == X ? data[0] : empty));
+}
+
 static struct kunit_case xy3_lines_cases[] = {
 	KUNIT_CASE_PARAM(default_test, default_gen_params),
 	KUNIT_CASE(no_default_test),
@@ -684,6 +790,7 @@ static struct kunit_case xy3_lines_cases[] = {
 	KUNIT_CASE(unused_test),
 	KUNIT_CASE_PARAM(lower_gate_test, gate_gen_params),
 	KUNIT_CASE(word_test),
+	KUNIT_CASE_PARAM(lanes_test, lanes_gen_params),
 	KUNIT_CASE(bounds_test),
 	{}
 };

@@ -85,23 +85,12 @@ static int xy3_line_of(const u8 *signal, unsigned int lines, u8 wanted)
 	return found;
 }
 
-/**
- * xy3_line_map_init() - initialise a line map
- * @map: the map
- * @lines: 1, 2, 4 or 8
- * @frame_bits: 24 or 32
- * @signal: enum xy3_signal for each line
- *
- * Return: 0; -EINVAL for any other number, or if a signal is on two lines, X is on none, or SYNC
- * is one of less than four lines.
- */
-int xy3_line_map_init(struct xy3_line_map *map, unsigned int lines, unsigned int frame_bits,
-		      const u8 *signal)
+static int xy3_map_signals(struct xy3_line_map *map, unsigned int lines, unsigned int frame_bits,
+			   const u8 *signal)
 {
-	unsigned int clocks = frame_bits;
 	int line;
 
-	if (!xy3_default_signals(lines, false) || (frame_bits != 24 && frame_bits != 32))
+	if (frame_bits != 24 && frame_bits != 32)
 		return -EINVAL;
 	for (unsigned int i = 0; i < lines; i++)
 		if (signal[i] > XY3_SIGNAL_NONE)
@@ -120,17 +109,71 @@ int xy3_line_map_init(struct xy3_line_map *map, unsigned int lines, unsigned int
 	}
 
 	line = xy3_line_of(signal, lines, XY3_SIGNAL_SYNC);
-	if (line < -1 || (line >= 0 && !xy3_default_signals(lines, true)))
+	if (line < -1)
 		return -EINVAL;
 	map->sync_line = line;
-	if (line >= 0)
-		clocks += XY3_GAP_CLOCKS;
 	line = xy3_line_of(signal, lines, XY3_SIGNAL_GATE);
 	if (line < -1)
 		return -EINVAL;
 	map->gate_line = line;
 	map->columns = map->axes + (line >= 0);
+	return 0;
+}
+
+/**
+ * xy3_line_map_init() - initialise a line map
+ * @map: the map
+ * @lines: 1, 2, 4 or 8
+ * @frame_bits: 24 or 32
+ * @signal: enum xy3_signal for each line
+ *
+ * Return: 0; -EINVAL for any other number, or if a signal is on two lines, X is on none, or SYNC
+ * is one of less than four lines.
+ */
+int xy3_line_map_init(struct xy3_line_map *map, unsigned int lines, unsigned int frame_bits,
+		      const u8 *signal)
+{
+	unsigned int clocks = frame_bits;
+	int err;
+
+	if (!xy3_default_signals(lines, false))
+		return -EINVAL;
+	err = xy3_map_signals(map, lines, frame_bits, signal);
+	if (err)
+		return err;
+	if (map->sync_line >= 0) {
+		if (!xy3_default_signals(lines, true))
+			return -EINVAL;
+		clocks += XY3_GAP_CLOCKS;
+	}
 	map->scan_size = clocks * lines / 8;
+	return 0;
+}
+
+/**
+ * xy3_word_map_init() - initialise a line map of lanes
+ * @map: the map
+ * @lanes: 1 to XY3_LINES_MAX
+ * @frame_bits: 24 or 32
+ * @signal: enum xy3_signal for each lane
+ *
+ * Return: 0; -EINVAL for any other number, or if a signal is on two lanes, X is on none, or SYNC is
+ * on one: it is the chip select.
+ */
+int xy3_word_map_init(struct xy3_line_map *map, unsigned int lanes, unsigned int frame_bits,
+		      const u8 *signal)
+{
+	int err;
+
+	if (!lanes || lanes > XY3_LINES_MAX)
+		return -EINVAL;
+	err = xy3_map_signals(map, lanes, frame_bits, signal);
+	if (err)
+		return err;
+	if (map->sync_line >= 0)
+		return -EINVAL;
+	map->words = true;
+	map->scan_size = lanes * sizeof(u32);
 	return 0;
 }
 
@@ -144,6 +187,40 @@ u32 xy3_code_max(const struct xy3_line_map *map)
 {
 	return map->frame_bits == 32 ? XY3_CODE32_MAX : XY3_CODE24_MAX;
 }
+
+/* ---- words: for each lane a number, in the byte order of the processor ---- */
+
+static u32 xy3_position_word(const struct xy3_line_map *map, u32 code)
+{
+	return map->frame_bits == 32 ? xy3_frame32(code) | XY3_FRAME32_POSITION :
+				       xy3_frame24(code) | XY3_FRAME24_POSITION;
+}
+
+static u32 xy3_command_word(const struct xy3_line_map *map, u32 command)
+{
+	command &= XY3_COMMAND_MAX;
+	return map->frame_bits == 32 ? xy3_frame32(command) : xy3_frame24(command);
+}
+
+static void xy3_put_words(const struct xy3_line_map *map, const u32 *codes, size_t scans, u32 *out)
+{
+	for (; scans; scans--, out += map->lines) {
+		memset(out, 0, map->scan_size);
+		for (unsigned int i = 0; i < map->axes; i++)
+			out[map->axis_line[i]] = xy3_position_word(map, *codes++);
+		if (map->gate_line >= 0 && *codes++ == 1)
+			out[map->gate_line] = GENMASK(map->frame_bits - 1, 0);
+	}
+}
+
+static void xy3_put_command_words(const struct xy3_line_map *map, u32 command, u32 *out)
+{
+	memset(out, 0, map->scan_size);
+	for (unsigned int i = 0; i < map->axes; i++)
+		out[map->axis_line[i]] = xy3_command_word(map, i ? 0 : command);
+}
+
+/* ---- bits of several lines side by side ---- */
 
 /* A position frame with its first bit at bit 31; excess bits of the code are ignored */
 static __always_inline u32 xy3_position(u32 code, unsigned int frame_bits)
@@ -262,10 +339,14 @@ static __always_inline void xy3_put_positions(const struct xy3_line_map *map, un
  * @codes: @map->columns numbers for each scan: positions, of which bits over xy3_code_max() are
  *	   ignored, and after them the gate, which is high only with 1
  * @scans: number of scans
- * @out: @scans times @map->scan_size bytes
+ * @out: @scans times @map->scan_size bytes, aligned as a u32 for words
  */
 void xy3_encode_scans(const struct xy3_line_map *map, const u32 *codes, size_t scans, u8 *out)
 {
+	if (map->words) {
+		xy3_put_words(map, codes, scans, (u32 *)out);
+		return;
+	}
 	/* each with constants, for the compiler */
 	switch (map->lines << 8 | map->frame_bits) {
 	case 1 << 8 | 24:
@@ -324,7 +405,11 @@ static void xy3_clear_gate(const struct xy3_line_map *map, u8 *bytes, size_t siz
  */
 void xy3_lower_gate(const struct xy3_line_map *map, u8 *scan)
 {
-	if (map->gate_line >= 0)
+	if (map->gate_line < 0)
+		return;
+	if (map->words)
+		((u32 *)scan)[map->gate_line] = 0;
+	else
 		xy3_clear_gate(map, scan, map->scan_size);
 }
 
@@ -340,34 +425,8 @@ void xy3_lower_gate_behind(const struct xy3_line_map *map, u8 *scan)
 {
 	size_t frames = map->frame_bits * map->lines / 8;
 
-	if (map->gate_line >= 0)
+	if (map->gate_line >= 0 && !map->words)
 		xy3_clear_gate(map, scan + frames, map->scan_size - frames);
-}
-
-/**
- * xy3_position_word() - a position frame as a number
- * @map: the line map, for the size of the frame
- * @code: the position; bits over xy3_code_max() are ignored
- *
- * Return: the frame, its last bit at bit 0.
- */
-u32 xy3_position_word(const struct xy3_line_map *map, u32 code)
-{
-	return map->frame_bits == 32 ? xy3_frame32(code) | XY3_FRAME32_POSITION :
-				       xy3_frame24(code) | XY3_FRAME24_POSITION;
-}
-
-/**
- * xy3_command_word() - a command frame as a number
- * @map: the line map, for the size of the frame
- * @command: 20 bits
- *
- * Return: the frame, its last bit at bit 0.
- */
-u32 xy3_command_word(const struct xy3_line_map *map, u32 command)
-{
-	command &= XY3_COMMAND_MAX;
-	return map->frame_bits == 32 ? xy3_frame32(command) : xy3_frame24(command);
 }
 
 /**
@@ -375,19 +434,25 @@ u32 xy3_command_word(const struct xy3_line_map *map, u32 command)
  * @map: the line map
  * @command: 20 bits, for axis X's line; those of other axes carry an empty command of the same
  *	     length, which is low with 24 bits
- * @out: @map->scan_size bytes
+ * @out: @map->scan_size bytes, aligned as a u32 for words
  */
 void xy3_encode_command_scan(const struct xy3_line_map *map, u32 command, u8 *out)
 {
-	u32 frame = xy3_command_word(map, command) << (32 - map->frame_bits);
+	unsigned int unused = 32 - map->frame_bits;
 	struct xy3_clocks clocks = { };
+	u32 frame;
 
+	if (map->words) {
+		xy3_put_command_words(map, command, (u32 *)out);
+		return;
+	}
+	frame = xy3_command_word(map, command) << unused;
 	if (map->lines == 1) {
 		xy3_put_frame(map->frame_bits, frame, out);
 		return;
 	}
 	xy3_add_frame(&clocks, map->lines, map->frame_bits, map->axis_line[0], frame);
-	frame = xy3_command_word(map, 0) << (32 - map->frame_bits);
+	frame = xy3_command_word(map, 0) << unused;
 	for (unsigned int i = 1; i < map->axes; i++)
 		xy3_add_frame(&clocks, map->lines, map->frame_bits, map->axis_line[i], frame);
 	xy3_put_scan(&clocks, map->lines, map->frame_bits, map->sync_line, 0, out);

@@ -19,6 +19,10 @@
  * including those of the gap after it, so that it has no dips between consecutive scans that
  * request it. It is not an interlock: a line keeps its last level when a controller hangs.
  *
+ * A controller may have lanes, each a line with a shift register of its own, from Linux 7.2 on. A
+ * scan is then a word for each lane, and SYNC is the chip select. A single line whose controller
+ * toggles the chip select for each word is the same with one lane.
+ *
  * Pure functions, without allocation, sleeping or a device.
  */
 #ifndef XY3_LINES_H
@@ -60,8 +64,9 @@ enum xy3_signal {
 
 /**
  * struct xy3_line_map - signals of the data lines
- * @lines: 1, 2, 4 or 8
+ * @lines: 1, 2, 4 or 8; with @words 1 to XY3_LINES_MAX
  * @frame_bits: 24 or 32
+ * @words: a scan is a number of @frame_bits for each line, in the byte order of the processor
  * @signal: enum xy3_signal for each line
  * @axes: number of axes that have a line
  * @axis: these axes, enum xy3_axis, in ascending order; X is always present
@@ -69,11 +74,12 @@ enum xy3_signal {
  * @sync_line: line of SYNC, or -1 if it is the chip select
  * @gate_line: line of the gate, or -1 without one
  * @columns: numbers of a scan: a code for each axis, and after them 1 or 0 for the gate
- * @scan_size: bytes of one scan on the wire
+ * @scan_size: bytes of one scan
  */
 struct xy3_line_map {
 	u8 lines;
 	u8 frame_bits;
+	bool words;
 	u8 signal[XY3_LINES_MAX];
 	u8 axes;
 	u8 axis[XY3_AXES];
@@ -86,6 +92,17 @@ struct xy3_line_map {
 
 int xy3_line_map_init(struct xy3_line_map *map, unsigned int lines, unsigned int frame_bits,
 		      const u8 *signal);
+int xy3_word_map_init(struct xy3_line_map *map, unsigned int lanes, unsigned int frame_bits,
+		      const u8 *signal);
+
+/* A line map of words or of lines, see there */
+static inline int xy3_map_init(struct xy3_line_map *map, bool words, unsigned int lines,
+			       unsigned int frame_bits, const u8 *signal)
+{
+	return words ? xy3_word_map_init(map, lines, frame_bits, signal) :
+		       xy3_line_map_init(map, lines, frame_bits, signal);
+}
+
 const u8 *xy3_default_signals(unsigned int lines, bool sync_is_line);
 
 size_t xy3_gap_size(const struct xy3_line_map *map);
@@ -93,8 +110,6 @@ void xy3_encode_gap(const struct xy3_line_map *map, u8 *out);
 void xy3_encode_scans(const struct xy3_line_map *map, const u32 *codes, size_t scans, u8 *out);
 void xy3_lower_gate(const struct xy3_line_map *map, u8 *scan);
 void xy3_lower_gate_behind(const struct xy3_line_map *map, u8 *scan);
-u32 xy3_position_word(const struct xy3_line_map *map, u32 code);
-u32 xy3_command_word(const struct xy3_line_map *map, u32 command);
 void xy3_encode_command_scan(const struct xy3_line_map *map, u32 command, u8 *out);
 u32 xy3_code_max(const struct xy3_line_map *map);
 

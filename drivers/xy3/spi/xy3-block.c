@@ -18,18 +18,7 @@
 
 /* ---- sizes ---- */
 
-/**
- * xy3_stream_scan_size() - bytes of a scan in a block
- * @stream: the stream
- *
- * Return: that.
- */
-size_t xy3_stream_scan_size(const struct xy3_stream *stream)
-{
-	return stream->word_is_scan ? sizeof(u32) : stream->map.scan_size;
-}
-
-/* The same for the longest frames: blocks are good for both */
+/* Bytes of a scan of the longest frames: blocks are good for both */
 static size_t xy3_scan_room(const struct xy3_stream *stream)
 {
 	return XY3_SCAN_ROOM(stream->map.lines);
@@ -49,7 +38,7 @@ unsigned int xy3_scan_clocks(const struct xy3_stream *stream)
 /* SYNC is the chip select, and a transfer of its own for each frame moves it */
 static bool xy3_transfer_is_scan(const struct xy3_stream *stream)
 {
-	return stream->map.sync_line < 0 && !stream->word_is_scan;
+	return stream->map.sync_line < 0 && !(stream->spi->mode & SPI_CS_WORD);
 }
 
 /**
@@ -95,7 +84,7 @@ static void xy3_block_message(struct xy3_block *block)
 {
 	struct xy3_stream *stream = block->stream;
 	unsigned int count = xy3_transfers(stream, block->scans);
-	size_t size = block->scans / count * xy3_stream_scan_size(stream);
+	size_t size = block->scans / count * stream->map.scan_size;
 	size_t gap = xy3_gap_size(&stream->map);
 
 	xy3_encode_gap(&stream->map, block->buffer);
@@ -103,9 +92,9 @@ static void xy3_block_message(struct xy3_block *block)
 		block->transfers[i] = (struct spi_transfer) {
 			.tx_buf = block->buffer + i * size,
 			.len = gap + size,
-			.tx_nbits = stream->map.lines,
+			.tx_nbits = stream->map.words ? SPI_NBITS_SINGLE : stream->map.lines,
 			.speed_hz = stream->rate * xy3_scan_clocks(stream),
-			.bits_per_word = stream->word_is_scan ? stream->map.frame_bits : 8,
+			.bits_per_word = stream->map.words ? stream->map.frame_bits : 8,
 			.cs_change = i + 1 < count,
 			/* 0 microseconds would mean 10 to the SPI core, 0 nanoseconds are none */
 			.cs_change_delay.unit = SPI_DELAY_UNIT_NSECS,

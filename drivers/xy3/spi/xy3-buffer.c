@@ -69,8 +69,8 @@ static ssize_t xy3_fill_block(struct xy3_iio *iio, const __le32 *in, size_t scan
 
 	scans = min_t(size_t, block->scans_max - block->scans, scans);
 	xy3_spread_channels(iio, in, scans, block->position);
-	xy3_stream_encode(stream, iio->codes, scans,
-			  block->data + block->scans * xy3_stream_scan_size(stream));
+	xy3_encode_scans(&stream->map, iio->codes, scans,
+			 block->data + block->scans * stream->map.scan_size);
 	block->scans += scans;
 	xy3_stream_give(stream, block);
 	return scans;

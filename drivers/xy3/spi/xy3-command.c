@@ -105,10 +105,7 @@ struct xy3_block *xy3_next_command(struct xy3_stream *stream)
 	commands->count--;
 	xy3_forward_has_room(stream->forward);
 	commands->sending = command;
-	if (stream->word_is_scan)
-		*(u32 *)block->data = xy3_command_word(&stream->map, command->code);
-	else
-		xy3_encode_command_scan(&stream->map, command->code, block->data);
+	xy3_encode_command_scan(&stream->map, command->code, block->data);
 	return block;
 }
 

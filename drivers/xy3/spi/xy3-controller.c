@@ -131,13 +131,14 @@ static bool xy3_can_cs_word(struct spi_device *spi)
  * xy3_controller_setup() - set a device's controller up for a head
  * @spi: the device; its mode is changed
  * @lines: number of data lines that it has
+ * @words: it is given scans as words
  *
  * What cannot be done is an error with a sentence in the log.
  *
  * Return: 0; -EOPNOTSUPP when the controller has no plain transfers; -EINVAL when it lacks lines,
  * the clock's edge or the length of a transfer.
  */
-int xy3_controller_setup(struct spi_device *spi, unsigned int *lines)
+int xy3_controller_setup(struct spi_device *spi, unsigned int *lines, bool *words)
 {
 	struct device *dev = &spi->dev;
 	bool inverted = device_property_read_bool(dev, "lasia,clock-inverted");
@@ -173,5 +174,6 @@ int xy3_controller_setup(struct spi_device *spi, unsigned int *lines)
 				     "the controller takes %zu bytes at a time, a scan has up to %zu\n",
 				     spi_max_transfer_size(spi), room);
 	xy3_warn_of_defects(spi, *lines);
+	*words = spi->mode & SPI_CS_WORD;
 	return 0;
 }

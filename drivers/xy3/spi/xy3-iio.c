@@ -299,15 +299,13 @@ static void xy3_make_channels(struct xy3_iio *iio)
  * xy3_iio_register() - make the IIO device
  * @spi: the SPI device
  * @map: which line carries what
- * @word_is_scan: the controller makes SYNC out of words
  * @kept: rate, positions and counters to begin with; @map has the size of frames
  * @forward: the forward channel that its commands come by
  *
  * Return: the IIO device or an error.
  */
 struct iio_dev *xy3_iio_register(struct spi_device *spi, const struct xy3_line_map *map,
-				 bool word_is_scan, const struct xy3_kept *kept,
-				 struct xy3_forward *forward)
+				 const struct xy3_kept *kept, struct xy3_forward *forward)
 {
 	struct iio_dev *indio_dev;
 	struct xy3_iio *iio;
@@ -322,7 +320,6 @@ struct iio_dev *xy3_iio_register(struct spi_device *spi, const struct xy3_line_m
 	mutex_init(&iio->lock);
 	iio->stream.spi = spi;
 	iio->stream.map = *map;
-	iio->stream.word_is_scan = word_is_scan;
 	iio->stream.rate = kept->rate;
 	memcpy(iio->stream.stat, kept->stat, sizeof(kept->stat));
 	iio->stream.forward = forward;

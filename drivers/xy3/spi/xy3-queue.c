@@ -21,7 +21,7 @@
 static struct xy3_block *xy3_next_written(struct xy3_stream *stream)
 {
 	struct xy3_block *block = list_first_entry_or_null(&stream->full, struct xy3_block, node);
-	size_t size = xy3_stream_scan_size(stream);
+	size_t size = stream->map.scan_size;
 
 	if (block) {
 		list_del(&block->node);
@@ -46,7 +46,7 @@ static struct xy3_block *xy3_next_written(struct xy3_stream *stream)
 static struct xy3_block *xy3_next_repeated(struct xy3_stream *stream)
 {
 	struct xy3_block *block = list_first_entry_or_null(&stream->spare, struct xy3_block, node);
-	size_t size = xy3_stream_scan_size(stream);
+	size_t size = stream->map.scan_size;
 
 	if (!block || !stream->running || !stream->primed || stream->queued >= XY3_BLOCKS_LOW)
 		return NULL;
@@ -144,7 +144,7 @@ bool xy3_make_closing(struct xy3_stream *stream)
 
 	if (stream->map.gate_line < 0 || !stream->primed)
 		return false;
-	xy3_stream_encode(stream, stream->position, 1, block->data);
+	xy3_encode_scans(&stream->map, stream->position, 1, block->data);
 	return true;
 }
 

@@ -24,7 +24,8 @@
  * struct xy3_spi - a forward channel
  * @forward: what the head knows of it
  * @spi: the SPI device
- * @lines: data lines
+ * @lines: data lines, or lanes
+ * @words: the controller is given a word for each of them
  * @lock: held while the line map is changed; protects @signal and @kept
  * @signal: the line map: enum xy3_signal for each line
  * @kept: what the IIO device begins with
@@ -35,6 +36,7 @@ struct xy3_spi {
 	struct xy3_forward forward;
 	struct spi_device *spi;
 	unsigned int lines;
+	bool words;
 	struct mutex lock;	/* see above */
 	u8 signal[XY3_LINES_MAX];
 	struct xy3_kept kept;
@@ -82,20 +84,18 @@ static int xy3_make_iio(struct xy3_spi *x, const u8 *signal)
 	unsigned int clocks, lowest, highest;
 	struct xy3_line_map map;
 	struct iio_dev *iio;
-	bool word_is_scan;
 	int err;
 
-	err = xy3_line_map_init(&map, x->lines, x->kept.frame_bits, signal);
+	err = xy3_map_init(&map, x->words, x->lines, x->kept.frame_bits, signal);
 	if (err)
 		return err;
-	word_is_scan = map.sync_line < 0 && x->lines == 1 && (x->spi->mode & SPI_CS_WORD);
 	clocks = map.frame_bits + (map.sync_line < 0 ? 0 : XY3_GAP_CLOCKS);
 	lowest = DIV_ROUND_UP(x->spi->controller->min_speed_hz, clocks);
 	highest = x->spi->max_speed_hz / clocks;
 	if (!highest || lowest > highest)
 		return -EINVAL;
 	x->kept.rate = clamp(x->kept.rate, lowest, highest);
-	iio = xy3_iio_register(x->spi, &map, word_is_scan, &x->kept, &x->forward);
+	iio = xy3_iio_register(x->spi, &map, &x->kept, &x->forward);
 	if (IS_ERR(iio))
 		return PTR_ERR(iio);
 	memcpy(x->signal, signal, x->lines);
@@ -143,7 +143,7 @@ static int xy3_parse_map(const struct xy3_spi *x, const char *const *words, unsi
 			return -EINVAL;
 		signal[i] = found;
 	}
-	return xy3_line_map_init(&map, x->lines, XY3_FRAME_BITS_DEFAULT, signal);
+	return xy3_map_init(&map, x->words, x->lines, XY3_FRAME_BITS_DEFAULT, signal);
 }
 
 static int xy3_change_map(struct xy3_spi *x, const char *const *words, unsigned int count)
@@ -253,7 +253,7 @@ static int xy3_spi_probe(struct spi_device *spi)
 		x->kept.position[i] = XY3_MIDDLE;
 	spi_set_drvdata(spi, x);
 
-	err = xy3_controller_setup(spi, &x->lines);
+	err = xy3_controller_setup(spi, &x->lines, &x->words);
 	if (err)
 		return err;
 	err = xy3_first_map(x, signal);

@@ -149,7 +149,6 @@ enum xy3_stream_stat {
  * struct xy3_stream - the way of all frames to the head
  * @spi: the SPI device
  * @map: which line carries what
- * @word_is_scan: the controller makes SYNC out of words: a scan is one word of 24 or 32 bits
  * @rate: frames per second; like @map changed while nothing is sent only
  * @forward: the forward channel, which is notified when there is room for commands
  * @debugfs: the directory of its counters
@@ -189,7 +188,6 @@ enum xy3_stream_stat {
 struct xy3_stream {
 	struct spi_device *spi;
 	struct xy3_line_map map;
-	bool word_is_scan;
 	unsigned int rate;
 	struct xy3_forward *forward;
 	struct dentry *debugfs;
@@ -219,7 +217,7 @@ struct xy3_stream {
 	bool closed;
 	unsigned int queued;
 	struct xy3_block *refused;
-	u8 last[XY3_SCAN_SIZE_MAX];
+	u8 last[XY3_SCAN_SIZE_MAX] __aligned(sizeof(u32));	/* a scan may be words */
 	u32 position[XY3_COLUMNS_MAX];
 	u64 stat[XY3_STREAM_STATS];
 	u64 measured_from;
@@ -244,7 +242,6 @@ struct xy3_kept {
 };
 
 /* xy3-block.c */
-size_t xy3_stream_scan_size(const struct xy3_stream *stream);
 unsigned int xy3_scan_clocks(const struct xy3_stream *stream);
 unsigned int xy3_scans_max(const struct xy3_stream *stream, unsigned int wished);
 unsigned int xy3_scans_in(const struct xy3_stream *stream, unsigned int us);
@@ -268,7 +265,6 @@ unsigned int xy3_stream_rate_min(const struct xy3_stream *stream);
 unsigned int xy3_stream_rate_max(const struct xy3_stream *stream);
 void xy3_stream_position(struct xy3_stream *stream, u32 *position);
 int xy3_stream_send_position(struct xy3_stream *stream, const u32 *position);
-void xy3_stream_encode(const struct xy3_stream *stream, const u32 *codes, size_t scans, u8 *out);
 int xy3_stream_start(struct xy3_stream *stream);
 void xy3_stream_stop(struct xy3_stream *stream);
 void xy3_stream_abort(struct xy3_stream *stream);
@@ -351,12 +347,11 @@ struct xy3_iio {
 void xy3_buffer_init(struct xy3_iio *iio);
 
 /* xy3-controller.c */
-int xy3_controller_setup(struct spi_device *spi, unsigned int *lines);
+int xy3_controller_setup(struct spi_device *spi, unsigned int *lines, bool *words);
 
 /* xy3-iio.c */
 struct iio_dev *xy3_iio_register(struct spi_device *spi, const struct xy3_line_map *map,
-				 bool word_is_scan, const struct xy3_kept *kept,
-				 struct xy3_forward *forward);
+				 const struct xy3_kept *kept, struct xy3_forward *forward);
 bool xy3_iio_retire(struct iio_dev *indio_dev);
 void xy3_iio_unregister(struct iio_dev *indio_dev, struct xy3_kept *kept);
 

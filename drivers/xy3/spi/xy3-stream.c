@@ -10,24 +10,6 @@
 #include "xy3-spi.h"
 
 /**
- * xy3_stream_encode() - make the bytes of scans
- * @stream: the stream
- * @codes: the columns of the line map for each scan
- * @scans: how many scans
- * @out: room for @scans scans
- */
-void xy3_stream_encode(const struct xy3_stream *stream, const u32 *codes, size_t scans, u8 *out)
-{
-	if (!stream->word_is_scan) {
-		xy3_encode_scans(&stream->map, codes, scans, out);
-		return;
-	}
-	/* one axis; the controller requires words in the byte order of the processor */
-	for (size_t i = 0; i < scans; i++)
-		((u32 *)out)[i] = xy3_position_word(&stream->map, codes[i]);
-}
-
-/**
  * xy3_stream_rate_min() - the lowest rate that the bus can do
  * @stream: the stream
  *
@@ -101,7 +83,7 @@ int xy3_stream_send_position(struct xy3_stream *stream, const u32 *position)
 	if (!block)
 		return -ENOMEM;
 	block->scans = 1;
-	xy3_stream_encode(stream, position, 1, block->data);
+	xy3_encode_scans(&stream->map, position, 1, block->data);
 	err = xy3_block_prepare(block);
 	if (!err)
 		err = xy3_block_send_now(block);
@@ -292,7 +274,8 @@ int xy3_stream_resize(struct xy3_stream *stream, unsigned int frame_bits)
 	struct xy3_line_map map;
 	int err;
 
-	err = xy3_line_map_init(&map, stream->map.lines, frame_bits, stream->map.signal);
+	err = xy3_map_init(&map, stream->map.words, stream->map.lines, frame_bits,
+			   stream->map.signal);
 	if (err)
 		return err;
 	return xy3_stream_change(stream, &map, stream->rate);
