@@ -76,6 +76,12 @@ static unsigned int xy3_transfers(const struct xy3_stream *stream, unsigned int 
 	return xy3_transfer_is_scan(stream) ? scans : 1;
 }
 
+static unsigned int xy3_lane_mode(const struct xy3_line_map *map)
+{
+	return map->words && map->lines > 1 ? SPI_MULTI_LANE_MODE_STRIPE :
+					      SPI_MULTI_LANE_MODE_SINGLE;
+}
+
 /*
  * Transfers of the scans that are in the block: one for all of them, with a gap in front where SYNC
  * is a line; or one for each
@@ -92,6 +98,7 @@ static void xy3_block_message(struct xy3_block *block)
 		block->transfers[i] = (struct spi_transfer) {
 			.tx_buf = block->buffer + i * size,
 			.len = gap + size,
+			.multi_lane_mode = xy3_lane_mode(&stream->map),
 			.tx_nbits = stream->map.words ? SPI_NBITS_SINGLE : stream->map.lines,
 			.speed_hz = stream->rate * xy3_scan_clocks(stream),
 			.bits_per_word = stream->map.words ? stream->map.frame_bits : 8,

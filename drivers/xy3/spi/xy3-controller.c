@@ -88,21 +88,40 @@ static u32 xy3_lines_of(u32 mode)
 	return mode & SPI_TX_DUAL ? 2 : 1;
 }
 
+static bool xy3_can_words(struct spi_device *spi)
+{
+	return spi_is_bpw_supported(spi, 24) && spi_is_bpw_supported(spi, 32);
+}
+
 /*
  * The SPI core drops what the controller cannot do without a word, and has done so before this
  * driver saw the device: how many lines were meant is known from the property alone. From 7.2 on
- * it may be an array, with a width for each lane.
+ * it may be an array, with a width for each lane: a line that has a shift register of its own.
  */
-static int xy3_lines_wanted(struct spi_device *spi, u32 *lines)
+static int xy3_lines_wanted(struct spi_device *spi, u32 *lines, bool *lanes)
 {
 	int cells = device_property_count_u32(&spi->dev, "spi-tx-bus-width");
+	u32 width[XY3_LINES_MAX];
 
 	*lines = xy3_lines_of(spi->mode);
-	if (cells > 1)
-		return dev_err_probe(&spi->dev, -EINVAL,
-				     "spi-tx-bus-width: lanes are not supported, one width is\n");
+	*lanes = cells > 1;
 	if (cells == 1)
 		device_property_read_u32(&spi->dev, "spi-tx-bus-width", lines);
+	if (!*lanes)
+		return 0;
+
+	if (cells > min(SPI_DEVICE_DATA_LANE_CNT_MAX, XY3_LINES_MAX))
+		return dev_err_probe(&spi->dev, -EINVAL,
+				     "spi-tx-bus-width: this kernel has no %d lanes\n", cells);
+	device_property_read_u32_array(&spi->dev, "spi-tx-bus-width", width, cells);
+	for (int i = 0; i < cells; i++)
+		if (width[i] != 1)
+			return dev_err_probe(&spi->dev, -EINVAL,
+					     "spi-tx-bus-width: a lane is one line wide\n");
+	if (!xy3_can_words(spi))
+		return dev_err_probe(&spi->dev, -EINVAL,
+				     "spi-tx-bus-width: lanes require words of 24 and 32 bits\n");
+	*lines = cells;
 	return 0;
 }
 
@@ -124,7 +143,7 @@ static bool xy3_can_cs_word(struct spi_device *spi)
 {
 	/* with a GPIO as chip select the SPI core would cut every message up, a transfer a word */
 	return spi->controller->mode_bits & SPI_CS_WORD && !spi_get_csgpiod(spi, 0) &&
-	       spi_is_bpw_supported(spi, 24) && spi_is_bpw_supported(spi, 32);
+	       xy3_can_words(spi);
 }
 
 /**
@@ -144,12 +163,13 @@ int xy3_controller_setup(struct spi_device *spi, unsigned int *lines, bool *word
 	bool inverted = device_property_read_bool(dev, "lasia,clock-inverted");
 	size_t room;
 	u32 wanted;
+	bool lanes;
 	int err;
 
 	if (!spi->controller->transfer)
 		return dev_err_probe(dev, -EOPNOTSUPP,
 				     "the controller has flash operations only (spi-mem)\n");
-	err = xy3_lines_wanted(spi, &wanted);
+	err = xy3_lines_wanted(spi, &wanted, &lanes);
 	if (err)
 		return err;
 	spi->mode &= XY3_SPI_MODE_KEPT;
@@ -165,7 +185,7 @@ int xy3_controller_setup(struct spi_device *spi, unsigned int *lines, bool *word
 				     "the controller refuses SPI modes 0 and 3\n" :
 				     "the controller refuses SPI mode 1; with the CLK pair crossed, lasia,clock-inverted\n");
 
-	*lines = xy3_lines_of(spi->mode);
+	*lines = lanes ? wanted : xy3_lines_of(spi->mode);
 	if (*lines != wanted)
 		return dev_err_probe(dev, -EINVAL, "the controller has no %u data lines\n", wanted);
 	room = XY3_GAP_ROOM(*lines) + XY3_SCAN_ROOM(*lines);
@@ -174,6 +194,6 @@ int xy3_controller_setup(struct spi_device *spi, unsigned int *lines, bool *word
 				     "the controller takes %zu bytes at a time, a scan has up to %zu\n",
 				     spi_max_transfer_size(spi), room);
 	xy3_warn_of_defects(spi, *lines);
-	*words = spi->mode & SPI_CS_WORD;
+	*words = lanes || spi->mode & SPI_CS_WORD;
 	return 0;
 }

@@ -221,7 +221,8 @@ static int xy3_first_map(struct xy3_spi *x, u8 *signal)
 
 	count = device_property_string_array_count(&x->spi->dev, "lasia,line-map");
 	if (count <= 0) {
-		memcpy(signal, xy3_default_signals(x->lines, false), x->lines);
+		memcpy(signal, xy3_default_signals(x->words ? XY3_LINES_MAX : x->lines, false),
+		       x->lines);
 		return 0;
 	}
 	if (count > ARRAY_SIZE(words))

@@ -5,6 +5,14 @@
 #include_next <linux/spi/spi.h>
 #include "../../callback.h"
 
+#ifndef KERNEL_HAS_SPI_LANES
+/* a device had one lane, and a transfer no mode for more: the name is that of a bit which stays 0 */
+#define SPI_DEVICE_DATA_LANE_CNT_MAX	1
+#define SPI_MULTI_LANE_MODE_SINGLE	0
+#define SPI_MULTI_LANE_MODE_STRIPE	0
+#define multi_lane_mode			dummy_data
+#endif
+
 #ifndef KERNEL_HAS_SPI_NBITS_OCTAL
 /* no transfer went over eight lines: a device does not get them, as if its controller had none */
 static inline int spi_setup_up_to_quad(struct spi_device *spi)
