@@ -6,10 +6,10 @@
 #include "../../callback.h"
 
 #ifndef KERNEL_HAS_SPI_LANES
-/* a device had one lane, and a transfer no mode for more: the name is that of a bit which stays 0 */
+/* a device had one lane; the mode of more has the name of a bit of the transfer, which stays 0 */
 #define SPI_DEVICE_DATA_LANE_CNT_MAX	1
 #define SPI_MULTI_LANE_MODE_SINGLE	0
-#define SPI_MULTI_LANE_MODE_STRIPE	0
+#define SPI_MULTI_LANE_MODE_STRIPE	1
 #define multi_lane_mode			dummy_data
 #endif
 
