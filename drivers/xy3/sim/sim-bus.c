@@ -108,12 +108,36 @@ static unsigned int sim_nbits(const struct spi_transfer *transfer)
 	return transfer->tx_buf ? transfer->tx_nbits : SPI_NBITS_SINGLE;
 }
 
+/* Lanes that are sent on at once, a word on each */
+static unsigned int sim_lanes(const struct xy3_sim *sim, const struct spi_transfer *transfer)
+{
+	if (!sim->config.lanes || transfer->multi_lane_mode != SPI_MULTI_LANE_MODE_STRIPE)
+		return 1;
+	return sim->config.lanes;
+}
+
+static void sim_send_lanes(struct xy3_sim *sim, const struct spi_transfer *transfer)
+{
+	unsigned int size = sim_word_size(transfer), lanes = sim->config.lanes;
+	u32 words[XY3_SIM_LINES_MAX];
+
+	for (unsigned int i = 0; i + lanes <= transfer->len / size; i += lanes) {
+		for (unsigned int lane = 0; lane < lanes; lane++)
+			words[lane] = sim_word(transfer, size, i + lane);
+		xy3_sim_head_lanes(sim, words, lanes, transfer->bits_per_word);
+	}
+}
+
 static void sim_send(struct xy3_sim *sim, const struct spi_transfer *transfer, bool cs_word,
 		     bool active)
 {
 	unsigned int size = sim_word_size(transfer);
 	unsigned int nbits = min(sim_nbits(transfer), sim->config.driven_lines);
 
+	if (sim_lanes(sim, transfer) > 1) {
+		sim_send_lanes(sim, transfer);
+		return;
+	}
 	if (size == 1 && !cs_word) {
 		xy3_sim_head_bytes(sim, transfer->tx_buf, transfer->len, nbits);
 		return;
@@ -176,7 +200,8 @@ static void sim_transfer(struct xy3_sim *sim, struct spi_device *spi,
 {
 	struct xy3_sim_bus *bus = &sim->bus;
 	unsigned int words = transfer->len / sim_word_size(transfer);
-	u64 clocks = div_u64((u64)words * transfer->bits_per_word, sim_nbits(transfer));
+	u64 clocks = div_u64((u64)words * transfer->bits_per_word,
+			     sim_nbits(transfer) * sim_lanes(sim, transfer));
 	bool cs_word = spi->mode & SPI_CS_WORD;
 	bool select = !(spi->mode & SPI_NO_CS) && !transfer->cs_off;
 	u32 speed = clocks ? sim_clock(sim, transfer->speed_hz) : 0;

@@ -254,7 +254,7 @@ SIM_NUMBER(driven_lines, 0, XY3_SIM_LINES_MAX,
 SIM_FLAG(flash_only, "Flash operations and no transfers (spi-zynqmp-gqspi) (default: no)");
 SIM_FLAG(lsb_first, "The device is described with its lowest bit first (default: no)");
 SIM_NUMBER(lanes, 0, XY3_SIM_LINES_MAX,
-	   "Number of lanes, of one line each, that firmware describes (default: 0)");
+	   "Number of lanes, of one line each (spi-axi-spi-engine from 7.2 on) (default: 0)");
 SIM_CHOICE(idle, sim_idle_names,
 	   "Data lines between messages: keep, low, high or float (default: float)");
 SIM_NUMBER(turnaround_us, 0, USEC_PER_SEC,
@@ -400,7 +400,7 @@ int xy3_sim_config_resolve(struct xy3_sim_config *config)
 {
 	config->device_lines = config->device_lines ?: config->lines;
 	config->driven_lines = config->driven_lines ?: config->lines;
-	if (!sim_lines_good(config->lines) || !sim_lines_good(config->device_lines) ||
+	if (config->lanes > config->lines || !sim_lines_good(config->lines) || !sim_lines_good(config->device_lines) ||
 	    config->driven_lines > config->lines ||
 	    (config->word_bits != 16 && config->word_bits != 32) || !*config->driver)
 		return -EINVAL;

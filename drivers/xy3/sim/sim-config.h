@@ -98,11 +98,11 @@ enum xy3_sim_signal {
  * @max_message: longest message in bytes, 0 for any
  * @modes: SPI modes of the controller, by enum xy3_sim_modes
  * @clock_inverted: the pair of CLK is crossed, and firmware says so
- * @word_bits: longest word when @cs_word
+ * @word_bits: longest word with @cs_word or @lanes
  * @driven_lines: data lines that transfers really use, 0 for all
  * @flash_only: no plain transfers, spi-mem only
  * @lsb_first: firmware says that the lowest bit goes first
- * @lanes: lanes of one line that firmware describes, 0 for a bus width
+ * @lanes: lanes, of one line each, in place of a bus width; 0 for none
  * @idle: the data lines between messages, by enum xy3_sim_idle
  * @turnaround_us: time between two messages that follow one another
  * @prepare_us: time to prepare a message, 0 when the controller does not prepare any

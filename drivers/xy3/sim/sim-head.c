@@ -420,6 +420,25 @@ void xy3_sim_head_word(struct xy3_sim *sim, u32 word, unsigned int bits, unsigne
 }
 
 /**
+ * xy3_sim_head_lanes() - the controller sends a word on each of its lanes at once
+ * @sim: the head; its lock is held
+ * @words: the words
+ * @lanes: how many; the other lines are low
+ * @bits: of a word
+ */
+void xy3_sim_head_lanes(struct xy3_sim *sim, const u32 *words, unsigned int lanes,
+			unsigned int bits)
+{
+	while (bits--) {
+		u8 levels = 0;
+
+		for (unsigned int lane = 0; lane < lanes; lane++)
+			levels |= (words[lane] >> bits & 1) << lane;
+		sim_clock(sim, levels);
+	}
+}
+
+/**
  * xy3_sim_head_select() - the controller moves the chip select
  * @sim: the head; its lock is held
  * @active: SYNC is low

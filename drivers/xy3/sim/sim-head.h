@@ -132,6 +132,8 @@ void xy3_sim_head_select(struct xy3_sim *sim, bool active);
 void xy3_sim_head_idle(struct xy3_sim *sim, u8 levels);
 void xy3_sim_head_bytes(struct xy3_sim *sim, const u8 *data, size_t size, unsigned int nbits);
 void xy3_sim_head_word(struct xy3_sim *sim, u32 word, unsigned int bits, unsigned int nbits);
+void xy3_sim_head_lanes(struct xy3_sim *sim, const u32 *words, unsigned int lanes,
+			unsigned int bits);
 const char *xy3_sim_command_name(u32 code, bool *axes);
 u64 xy3_sim_bad_frames(const struct xy3_sim_axis *axis);
 

@@ -142,12 +142,13 @@ static void sim_remove_node(void *data)
  */
 static int sim_add_node(struct xy3_sim *sim)
 {
+	unsigned int lines = sim->config.lanes ?: sim->config.lines;
 	int err;
 
-	for (unsigned int i = 0; i < sim->config.lines; i++)
+	for (unsigned int i = 0; i < lines; i++)
 		sim->line_map[i] = xy3_sim_signal_name(sim->config.signal[i]);
 	sim->properties[0] = PROPERTY_ENTRY_STRING_ARRAY_LEN("lasia,line-map", sim->line_map,
-							     sim->config.lines);
+							     lines);
 	sim->properties[1] = PROPERTY_ENTRY_U32("spi-tx-bus-width", sim->config.device_lines);
 	if (sim->config.lanes) {
 		for (unsigned int i = 0; i < sim->config.lanes; i++)
@@ -171,11 +172,13 @@ static int sim_add_device(struct xy3_sim *sim)
 {
 	struct spi_board_info info = {
 		.max_speed_hz = sim->config.max_speed_hz,
-		.mode = SIM_MODE | sim_device_mode(sim->config.device_lines),
+		.mode = SIM_MODE,
 		.swnode = &sim->swnode,
 	};
 	struct spi_device *spi;
 
+	if (!sim->config.lanes)
+		info.mode |= sim_device_mode(sim->config.device_lines);
 	if (sim->config.modes == XY3_SIM_MODES_0 || sim->config.modes == XY3_SIM_MODES_0_3)
 		info.mode &= ~SPI_MODE_X_MASK;
 	if (sim->config.lsb_first)
@@ -226,8 +229,9 @@ int xy3_sim_spi_add(struct xy3_sim *sim)
 	if (sim->config.modes != XY3_SIM_MODES_0)
 		controller->mode_bits |= SPI_CPOL | SPI_CPHA;
 	controller->bits_per_word_mask = SPI_BPW_MASK(8);
-	if (sim->config.cs_word) {
+	if (sim->config.cs_word)
 		controller->mode_bits |= SPI_CS_WORD;
+	if (sim->config.cs_word || sim->config.lanes) {
 		controller->bits_per_word_mask |= SPI_BPW_MASK(16);
 		if (sim->config.word_bits == 32)
 			controller->bits_per_word_mask |= SPI_BPW_MASK(24) | SPI_BPW_MASK(32);

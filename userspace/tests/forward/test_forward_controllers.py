@@ -270,8 +270,8 @@ class TestControllers(Case):
         self.sends('lsb_first=1')
 
     def test_lanes(self):
-        """An array of widths, from 7.2 on, is not taken for its first cell."""
-        self.refused('lanes are not supported', 'lanes=4')
+        """An array of widths is not taken for its first cell. This kernel has no lanes."""
+        self.refused('this kernel has no 4 lanes', 'lanes=4')
 
 
 def setup_module():

@@ -24,10 +24,11 @@ from xy3_head_sim import wire
 SCANS = 4096
 AT_A_TIME = 512         # iio_writedev's buffer; it writes whole ones only
 
-# a kernel has the transfers for eight lines, or not
-EIGHT = [pytest.param(8, 'line', 24, marks=pytest.mark.smoke)]
-if tuple(map(int, re.findall(r'\d+', os.uname().release)[:2])) < (6, 12):
-    EIGHT = []
+KERNEL = tuple(map(int, re.findall(r'\d+', os.uname().release)[:2]))
+# a kernel has the transfers for eight lines, or not, and those for lanes
+EIGHT = [pytest.param(8, 'line', 24, 0, marks=pytest.mark.smoke)] if KERNEL >= (6, 12) else []
+LANES = [(8, 'cs', 24, 5), pytest.param(8, 'cs', 32, 5, marks=pytest.mark.smoke)
+         ] if KERNEL >= (7, 2) else []
 
 
 @pytest.mark.smoke
@@ -73,11 +74,13 @@ def test_iio_attr_moves_the_mirrors():
         assert head.positions(26)[0] == (1 << 26) - 1
 
 
-@pytest.mark.parametrize('lines, framing, bits', [
-    (1, 'cs', 24), (4, 'line', 32), *EIGHT])
-def test_iio_writedev(lines, framing, bits):
+@pytest.mark.parametrize('lines, framing, bits, lanes', [
+    (1, 'cs', 24, 0), (4, 'line', 32, 0), *EIGHT, *LANES])
+def test_iio_writedev(lines, framing, bits, lanes):
     top = (1 << (26 if bits == 32 else 20)) - 1
-    with VirtualHead(lines=lines, framing=framing) as head:
+    with VirtualHead(lines=lines, framing=framing, lanes=lanes) as head:
+        if lanes:
+            assert head.axes == lanes
         head.set('frame_bits', bits)
         data = array.array('I', (scan * 0x9E3779B1 + axis * 0x3779B97 & top
                                  for scan in range(SCANS) for axis in range(head.axes)))
@@ -95,6 +98,25 @@ if not EIGHT:
     def test_eight_lines_are_refused():
         """No head rather than one that gets rubbish."""
         with VirtualHead(lines=8, driver=None) as head:
+            settle()
+            assert not os.path.exists(head.spi + '/driver')
+            assert heads() == []
+
+
+if LANES:
+    def test_lanes_carry_positions_and_commands():
+        with VirtualHead(lines=8, framing='cs', lanes=5) as head:
+            for axis, code in enumerate((1, 0xfffff, 4711, 0x80000, 0x12345)):
+                head.set('out_angl%d_raw' % axis, code)
+            assert head.positions(20) == [1, 0xfffff, 4711, 0x80000, 0x12345]
+            with open(head.path('calibrate'), 'w', encoding='ascii') as file:
+                file.write('xw')
+            wait_for(lambda: head.number('commands') == 1, 'the command', BIND_TIME)
+            for name in ('parity_errors', 'length_errors', 'mode_errors'):
+                assert head.counts(name) == [0] * 5, name
+else:
+    def test_lanes_are_refused():
+        with VirtualHead(lines=8, framing='cs', lanes=5, driver=None) as head:
             settle()
             assert not os.path.exists(head.spi + '/driver')
             assert heads() == []
