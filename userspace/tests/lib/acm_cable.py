@@ -20,7 +20,7 @@ PORT = '/sys/devices/platform/dummy_hcd.0'
 
 
 class AcmCable(Pty):
-    """In a test's hands like a Pty. The gadget is made once; the host uses it or not."""
+    """Used by tests like a Pty. The gadget is created once; the host uses it or not."""
 
     def __init__(self, rate=115200):
         self.master = self.slave = self.node = None
@@ -81,7 +81,7 @@ class AcmCable(Pty):
         termios.tcsendbreak(self.master, 0)
 
     def flood(self, size):
-        """Writes as much of it as goes."""
+        """Writes as much of it as fits."""
         try:
             while size > 0:
                 size -= os.write(self.master, bytes(min(size, 4096)))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""A class of tests that build something up as they go."""
+"""A base class for tests with fixtures of their own."""
 
 import contextlib
 
@@ -8,7 +8,7 @@ import pytest
 
 
 class Case:
-    """What add_cleanup() is given runs behind a test, the last first, even if set_up() fails."""
+    """Functions of add_cleanup() run after a test, the last first, even if set_up() fails."""
 
     @pytest.fixture(autouse=True)
     def _life(self):

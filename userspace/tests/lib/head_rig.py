@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""What the tests of the scanhead's backchannel share: the module, a UART whose other end is in
-the test's hands, and access to all that the head shows.
+"""What the tests of the scanhead's backchannel share: the module, a UART whose other end is
+driven by the test, and access to all that the head shows.
 
 The tests run as root of the test kernel (uml/run-uml), never on the machine itself; XY3_MODULE
-is the path of xy3.ko. They run in time-travel: while anything can run, no time passes, and so a
-pause in which nothing comes means that nothing is under way, however busy the host is.
+is the path of xy3.ko. They run in time-travel: while anything can run, no time passes, so a
+pause in which nothing arrives means that nothing is in progress, however busy the host is.
 """
 
 import errno
@@ -337,7 +337,7 @@ class AttributePoller:
         os.close(self.fd)
 
     def read(self):
-        """-> its text, or the error's name: what cannot be read may still be polled"""
+        """-> its text, or the error's name: an attribute that cannot be read may still be polled"""
         try:
             return os.pread(self.fd, 4096, 0).decode()
         except OSError as error:
@@ -351,7 +351,7 @@ class AttributePoller:
 
 
 class Case(case.Case):
-    """A test with the module loaded; what it attaches goes away behind it."""
+    """A test with the module loaded; what it attaches is detached after it."""
 
     def set_up(self):
         if not kernel.is_loaded(MODULE):
@@ -379,7 +379,7 @@ class Case(case.Case):
         return self.closing(AttributePoller('%s/%s' % (head.path, name)))
 
     def opened(self, path, flags=os.O_RDONLY):
-        """-> fd, which is closed behind the test"""
+        """-> fd, which is closed after the test"""
         fd = os.open(path, flags)
         self.add_cleanup(os.close, fd)
         return fd

@@ -33,7 +33,7 @@ PAUSE = 0.05                # seconds until unplug() is noticed
 
 
 def load_controllers():
-    """Where dummy_hcd and the rest are modules: one controller for each model, and a spare one."""
+    """If dummy_hcd and the rest are modules: one controller for each model, and a spare one."""
     subprocess.run(['modprobe', 'dummy_hcd', 'num=3'], check=True)
     subprocess.run(['modprobe', '-a', 'libcomposite', 'usbmon'], check=True)
     if not os.path.isdir(CONFIGFS):

@@ -69,9 +69,9 @@ TIME_TRAVEL = 'time-travel' in read_file('/proc/cmdline').split()
 
 
 def wait(condition, timeout=60.0, step=0.005):
-    """Waits until condition() gives something true, or the time is up. -> what it gave last
+    """Waits until condition() is true, or the time is up. -> its last value
 
-    The timeout is for failures: it allows for a host that is busy with something else.
+    The timeout is for failures: it allows for a busy host.
     """
     deadline = time.monotonic() + timeout
     while True:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""What is trouble in a kernel's log. The one list for the test kernel and for Debian's kernels.
+"""Signs of trouble in a kernel's log. The only list, for the test kernel and for Debian's kernels.
 
 Each entry has a line that it must find, and that the others must not hide: unit/test_kernel_trouble
 plants them.
@@ -53,7 +53,7 @@ _KERNEL_LINE = re.compile(r'^\[ *\d+\.\d+\] (.*)')
 
 
 def trouble(log, allowed=lambda text: False):
-    """-> the lines of a kernel's log, without time stamps, that tell of trouble; each once"""
+    """-> the lines of a kernel's log, without time stamps, that are signs of trouble; each once"""
     found = {}
     for line in log.splitlines():
         match = _KERNEL_LINE.match(line.rstrip('\r'))

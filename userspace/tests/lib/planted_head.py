@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""xy3ctl with a scanhead of a made-up /sys and /dev, for what requires no kernel.
+"""xy3ctl with a scanhead of a made-up /sys and /dev, for tests that require no kernel.
 
-The tool runs in a mount namespace in which these trees are /sys and /dev. The files take
+The tool runs in a mount namespace in which these trees are /sys and /dev. The files accept
 everything: what the drivers refuse is tested with them, in tools/test_xy3ctl.py. The scans of a
-stream are what is in /dev/iio:device0 afterwards.
+stream are in /dev/iio:device0 afterwards.
 """
 
 import os
@@ -42,7 +42,7 @@ class PlantedTool(Tool):
 
 
 class PlantedHead:
-    """One head with both channels, frames of 24 bits, and axes; of a gate: its line, too."""
+    """One head with both channels, frames of 24 bits, and axes; with a gate also its channel."""
 
     def __init__(self, axes='xyz', gate=False):
         self._folder = tempfile.TemporaryDirectory()
@@ -87,7 +87,7 @@ class PlantedHead:
             file.write(text + '\n')
 
     def read(self, name):
-        """An attribute of the IIO device. What was longer before still is: it is a plain file."""
+        """An attribute of the IIO device. It is a plain file: longer old text is not truncated."""
         with open('%s/%s' % (self.iio, name), encoding='ascii') as file:
             return file.read()
 

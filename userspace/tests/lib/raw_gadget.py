@@ -74,7 +74,7 @@ class GadgetPendant(UsbDevice):
         self.start_stream()
 
     def unplug(self):
-        """The gadget goes when the file is closed, and that is not before the threads are out."""
+        """The gadget is removed when the file is closed, after the threads have ended."""
         if not self.plugged:
             return
         with self.changed:
@@ -91,7 +91,7 @@ class GadgetPendant(UsbDevice):
     # --- towards the host -----------------------------------------------------------------
 
     def report(self, data):
-        """Returns when the host has fetched it."""
+        """Returns once the host has fetched it."""
         if not self.configured.wait(5):
             raise OSError(errno.ENODEV, 'the host has not configured the pendant')
         fcntl.ioctl(self._fd, EP_WRITE, transfer(self._endpoint, data))

@@ -58,7 +58,7 @@ LAST_KEY = {'HB03': 0x17, 'HB04': 0x17, 'WHB04B': 0x10}
 
 
 def wait(condition, timeout=PATIENCE):
-    """Waits until condition() gives something true, or the time is up. -> what it gave last"""
+    """Waits until condition() is true, or the time is up. -> its last value"""
     return find.wait(condition, timeout, PAUSE)
 
 
@@ -82,7 +82,7 @@ def loaded():
 
 
 def takes(path):
-    """Whether hid-xhc takes a HID device; waits for a probe that is under way, and tries again."""
+    """Whether hid-xhc binds a HID device; waits for a probe in progress, and tries again."""
     try:
         write_file(DRIVER_DIR + '/bind', os.path.basename(path))
     except OSError:
@@ -137,7 +137,7 @@ class EvdevRecorder:
 
     evdev drops what has not been read when the device goes. The program therefore has a real-time
     priority, and waits in read(): it is the first to run when the driver has sent the events and
-    waits for something itself. It is no thread of ours, which other threads could hold up.
+    waits for something itself. It is not a thread of this process, which others could delay.
     """
 
     EVENT = struct.Struct('@qqHHi')
@@ -157,7 +157,7 @@ class EvdevRecorder:
             return False            # it has just closed another one
 
     def _sleeps(self):
-        """Whether it waits in read(), and not for a page of its own code, say"""
+        """Whether it waits in read(), and not, for instance, for a page of its own code"""
         stat = read_file('/proc/%d/stat' % self.program.pid)
         return stat.rpartition(')')[2].split()[0] == 'S'
 
@@ -319,7 +319,7 @@ class Rig:
         return self.frames_before + self.stat('frames_sent')
 
     def count_frames_anew(self):
-        """After a want of memory, in which usbmon drops requests that the driver has sent."""
+        """After a lack of memory, in which usbmon drops requests that the driver has sent."""
         count = self.device.frame_count
         while self.device.wait_frames(count + 1, 0.5):
             count = self.device.frame_count
@@ -345,9 +345,9 @@ class Rig:
     def settle(self):
         """Waits until the driver has nothing to send; -> how many frames have come in all
 
-        That is when the LCD shows what the attributes say, and the driver knows that it does.
+        That is when the LCD shows the values of the attributes, and the driver knows that.
         """
-        assert wait(self._settled), 'the LCD does not show what the attributes say'
+        assert wait(self._settled), 'the LCD does not show the values of the attributes'
         return self.device.frame_count
 
     def _settled(self):
@@ -419,7 +419,7 @@ def turned(detents):
 
 
 class Case(case.Case):
-    """A test with the driver loaded; what it plugs in is unplugged behind it."""
+    """A test with the driver loaded; what it plugs in is unplugged after it."""
 
     def set_up(self):
         if IN_DISTRO:
@@ -460,7 +460,7 @@ class Case(case.Case):
 
 
 class KernelLog:
-    """What the kernel says from now on."""
+    """Messages of the kernel from now on."""
 
     def __init__(self):
         self.fd = os.open('/dev/kmsg', os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)

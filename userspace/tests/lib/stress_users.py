@@ -13,7 +13,7 @@ class StressUsers:
     """Threads, each of which repeats one action, a function of a random.Random, until the end.
 
     done: {name of an action: how often it has succeeded}
-    unexpected: what else has happened than success and an error out of `tolerated`
+    unexpected: anything but success and the errors in `tolerated`
     """
 
     def __init__(self, actions, tolerated, pause, seed=0):

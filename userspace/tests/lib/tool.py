@@ -21,7 +21,7 @@ PATIENCE = 60           # seconds; reached only in failure
 
 
 def build(name, flags, *goals):
-    """For tests that no level has built the tools for. -> the folder that has them, in build/"""
+    """For tests without TOOLS. -> the folder that has the tools, in build/"""
     folder = os.path.join(BUILD, name)
     subprocess.run(['make', '-s', '-j%d' % os.cpu_count(), '-C', SOURCE, 'O=' + folder,
                     'CFLAGS=-Werror ' + flags, *goals], check=True, stdout=sys.stderr)
@@ -34,7 +34,7 @@ def build_sanitized():
 
 
 class Tool:
-    """A tool's name, and how it is called."""
+    """A tool, by name."""
 
     def __init__(self, name):
         self.name = name
@@ -43,13 +43,13 @@ class Tool:
             self.schema = jsonschema.Draft7Validator(json.load(file))
 
     def run(self, *words, text='', timeout=60):
-        """-> (status, output, words on standard error)"""
+        """-> (status, output, standard error)"""
         done = subprocess.run([self.path, *words], input=text, stdout=subprocess.PIPE,
                               stderr=subprocess.PIPE, text=True, timeout=timeout, check=False)
         return done.returncode, done.stdout, done.stderr
 
     def documents(self, output):
-        """What --json has printed; each line is a document as the schema has it."""
+        """Documents printed by --json, one per line, each valid by the schema."""
         documents = [json.loads(line) for line in output.splitlines()]
         for document in documents:
             self.schema.validate(document)
@@ -68,12 +68,12 @@ class Tool:
 
 
 class Running:
-    """A tool that goes on for a while; its lines are read as they come."""
+    """A running tool; its lines are read as they arrive."""
 
     def __init__(self, tool, words, **options):
         self.process = subprocess.Popen([tool.path, *words], stdout=subprocess.PIPE,
                                         stderr=subprocess.PIPE, **options)
-        self.rest = b''             # of its output, behind the last line that was read
+        self.rest = b''             # of its output, after the last line read
 
     def _read_line(self):
         """-> the next line with its end, '' at the end of the output"""
@@ -90,7 +90,7 @@ class Running:
         return (line + newline).decode()
 
     def line(self):
-        """The next one, which must come; '' at the end of the output"""
+        """The next line, which must arrive; '' at the end of the output"""
         return self._read_line().rstrip('\n')
 
     def until(self, wanted):

@@ -34,7 +34,7 @@ def running():
 
 
 def properties(node):
-    """What udevd has found out about a node: {name: text}"""
+    """Properties of a node in the database of udevd: {name: text}"""
     text = subprocess.run(['udevadm', 'info', '--query=property', node], env=ENVIRONMENT,
                           stdout=subprocess.PIPE, text=True, check=True).stdout
     return dict(line.split('=', 1) for line in text.splitlines())

@@ -35,7 +35,7 @@ class Result:
         self.err = err
 
     def json(self):
-        """The documents that were printed, each as the schema has it."""
+        """The documents printed, each valid by the schema."""
         return xhcctl.documents(self.out)
 
 
@@ -55,7 +55,7 @@ def run(*arguments, text=None, timeout=60, **options):
 
 
 class Follower:
-    """A verb that goes on: its lines as they come."""
+    """A verb that keeps running: its lines as they arrive."""
 
     def __init__(self, *arguments, **options):
         self.process = start(*arguments, **options)
