@@ -201,7 +201,7 @@ static void unknown_test(struct kunit *test)
 	EXPECT_EVENTS(test, SCAN(0x21), SYN);
 	REPORT(test, pendant, 4, 0xff, 0x05, 0, 0, 1);
 	EXPECT_EVENTS(test, SCAN(0xff), SYN);
-	/* a selector that nobody knows is off, and lets the axis go */
+	/* an unknown selector code is off, and releases the axis */
 	REPORT(test, pendant, 4, 0, 0x05, 0x13, 0, 1);
 	EXPECT_EVENTS(test, SELECT(3), ONE_HOT(3, 1), SYN);
 	REPORT(test, pendant, 4, 0, 0x05, 0x19, 0, 1);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * KUnit: what the backchannel's packets say
+ * KUnit: content of the packets of the backchannel
  *
  * Numbers, names and sizes are typed from the description of the format, not taken from the codec.
  */
@@ -170,7 +170,7 @@ static void frame_errors_test(struct kunit *test)
 
 /* ---- error states ---- */
 
-/* Of every length: bytes as they are, and no error where the packet is too short to tell */
+/* Of every length: bytes unchanged, and no error where the packet is too short for one */
 static void errors_test(struct kunit *test)
 {
 	static const u8 payload[COMPONENTS] = {
@@ -192,7 +192,7 @@ static void errors_test(struct kunit *test)
 
 /* ---- packets that are something else ---- */
 
-/* Every view of every type: only its own type says something, and nothing old stays */
+/* Every reader for every type: only its own type gives values, and no old ones stay */
 static void other_type_test(struct kunit *test)
 {
 	static const u8 payload[20] = { [0 ... 19] = 1 };

@@ -31,7 +31,7 @@ static void rate_row_name(const struct rate_row *row, char *name)
 
 KUNIT_ARRAY_PARAM(rate, rate_rows, rate_row_name);
 
-/* The head is told at the old rate, and then the UART moves; there and back */
+/* The head gets the command at the old rate, and then the UART is set; there and back */
 static void rate_test(struct kunit *test)
 {
 	const struct rate_row *row = test->param_value;
@@ -124,7 +124,7 @@ static void rate_one_sync_test(struct kunit *test)
 	EXPECT_SHOWS(test, head, "rate", "115200");
 }
 
-/* A head that has restarted is told the rate in force once more; one that is there is not */
+/* A head that has restarted gets the command for the rate in force again; another does not */
 static void rate_again_test(struct kunit *test)
 {
 	struct uart *uart = uart_come(test, NULL);
@@ -190,7 +190,7 @@ static void rate_forward_leaves_test(struct kunit *test)
 
 	expect_parting(test, head, forward_leave, forward);
 	EXPECT_SHOWS(test, head, "rate", "115200");
-	/* and now nobody has to be waited for */
+	/* and now there is nothing to wait for */
 	KUNIT_EXPECT_EQ(test, store(head, "rate", "57600"), 0);
 }
 
@@ -237,7 +237,7 @@ static bool can_up_to_460800(unsigned int rate)
 	return rate <= 460800;
 }
 
-/* The head was told in vain: it is called back, and the rate stays */
+/* The UART refuses: the head gets the command for the old rate, which stays */
 static void rate_uart_refuses_test(struct kunit *test)
 {
 	struct uart *uart = uart_come(test, NULL);

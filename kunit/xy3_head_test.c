@@ -125,7 +125,7 @@ static void lowest_test(struct kunit *test)
 
 	for (unsigned int i = 0; i < ARRAY_SIZE(forwards); i++)
 		forwards[i] = forward_come(test);
-	/* head 0 comes anew, behind the others in time */
+	/* head 0 is created again, later than the others */
 	forward_leave(forwards[0]);
 	forwards[0] = forward_come(test);
 	for (unsigned int i = 0; i < ARRAY_SIZE(forwards); i++) {
@@ -183,7 +183,7 @@ static void two_heads_test(struct kunit *test)
 	KUNIT_EXPECT_EQ(test, uarts[1]->rate, 57600);
 }
 
-/* ---- joining as firmware says ---- */
+/* ---- joining as firmware defines ---- */
 
 static void named_back_first_test(struct kunit *test)
 {
@@ -236,7 +236,7 @@ static void named_elsewhere_test(struct kunit *test)
 	KUNIT_EXPECT_EQ(test, heads(), 2);
 }
 
-/* The place is taken by a backchannel that nobody named */
+/* The place is taken by a backchannel that is not named */
 static void named_taken_test(struct kunit *test)
 {
 	struct device_node *node = firmware_forward(test);
@@ -272,7 +272,7 @@ static void named_twice_test(struct kunit *test)
 	KUNIT_EXPECT_PTR_EQ(test, uart_head(first), forward->xy3.head);
 }
 
-/* ---- joining as the user says ---- */
+/* ---- joining as the user chooses ---- */
 
 static struct class_attribute *attach_attribute(struct kunit *test)
 {
@@ -582,7 +582,7 @@ static void remove_in_flow_test(struct kunit *test)
 	KUNIT_ASSERT_NOT_ERR_OR_NULL(test, thread);
 	for (unsigned int i = 0; i < 20; i++) {
 		wait_for_completion(&flow.begun);
-		msleep(i * 10);		/* over the 100 ms after which news are told */
+		msleep(i * 10);		/* over the 100 ms between notifications */
 		device_release_driver(uart->dev);
 		KUNIT_EXPECT_EQ(test, uart->opened, 0);
 		KUNIT_EXPECT_EQ(test, heads(), 0);

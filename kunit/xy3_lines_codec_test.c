@@ -17,7 +17,7 @@ enum { X, Y, Z, U, W, SYNC, GATE, NONE };
 
 /* ---- the wire ---- */
 
-#define GATE_DATA	5	/* the place of the gate behind the axes */
+#define GATE_DATA	5	/* index of the gate, after the axes */
 
 struct wire {
 	unsigned int lines;
@@ -56,7 +56,7 @@ static bool frame_bit(const struct wire *wire, u32 data, unsigned int n)
 	return ones >> (wire->frame_bits - 1 - n) & 1;
 }
 
-/* What a line is at in one clock of a scan that carries @data, by axis, and behind them the gate */
+/* Level of a line in one clock of a scan with @data, by axis, and after them the gate */
 static bool level(const struct wire *wire, const u32 *data, unsigned int line, unsigned int clock)
 {
 	u8 signal = wire->signal[line];
@@ -98,7 +98,7 @@ static bool line_at(const struct wire *wire, const u8 *bytes, unsigned int line,
 
 /* ---- the codec ---- */
 
-/* With the signals in memory that ends behind them */
+/* With the signals in memory that ends after them */
 static int map_init(struct kunit *test, struct xy3_line_map *map, const struct wire *wire)
 {
 	unsigned int count = min(wire->lines, 8U);
@@ -148,7 +148,7 @@ static void check_fields(struct kunit *test, const struct xy3_line_map *map,
 
 #define SCANS	4
 
-/* Scans out of the codec, into memory that ends behind them, are those of the wire */
+/* Scans from the codec, into memory that ends after them, are those of the wire */
 static void check_scans(struct kunit *test, const struct xy3_line_map *map,
 			const struct wire *wire, u32 *random)
 {
@@ -507,7 +507,7 @@ static void gap_test(struct kunit *test)
 		}
 }
 
-/* In front of the first scan, in memory that ends behind it */
+/* Before the first scan, in memory that ends after it */
 static void front_gap_test(struct kunit *test)
 {
 	const struct default_row *row = test->param_value;
@@ -569,7 +569,7 @@ static const struct default_row gate_rows[] = {
 
 KUNIT_ARRAY_PARAM_DESC(gate, gate_rows, name);
 
-/* Three scans that ask for it; the middle one is made not to, or not to in the gap behind it */
+/* Three scans that request it; it is set low in the middle one, or in the gap after that */
 static void lower_gate_test(struct kunit *test)
 {
 	const struct default_row *row = test->param_value;

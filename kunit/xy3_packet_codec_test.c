@@ -442,7 +442,7 @@ static void empty_test(struct kunit *test)
 	struct listener *listener = listener_new(test);
 	const struct stream *stream = stream_of(test, SYNC "48 07 02 01 02");
 
-	/* no data, before, within and behind a packet: nothing happens, nothing is read */
+	/* no data, before, within and after a packet: nothing happens, nothing is read */
 	for (size_t at = 0; at <= stream->size; at++) {
 		struct xy3_parser before = listener->parser;
 

@@ -3,7 +3,7 @@
  * A UART that firmware describes, for the KUnit suite of the scanhead's driver
  *
  * Nodes are added to the device tree, and a serdev controller of ours registers the child that
- * says it is a scanhead; so the driver binds as it does on a board.
+ * describes a scanhead, so that the driver binds as it does on a board.
  */
 #ifndef XY3_RIG_SERDEV_H
 #define XY3_RIG_SERDEV_H
@@ -17,7 +17,7 @@
 /* ---- firmware ---- */
 
 /**
- * struct firmware_text - what firmware says of a scanhead's backchannel
+ * struct firmware_text - properties of the backchannel of a scanhead
  * @has_speed: there is the property current-speed
  * @speed: its value
  * @big_endian: there is the property big-endian

@@ -39,7 +39,7 @@ static s64 now_ms(void)
 	return ktime_to_ms(ktime_get());
 }
 
-/* All five have their turn in each round, the present one first; nobody is told */
+/* All five are tried in each round, the present one first; no command is sent */
 static void search_order_test(struct kunit *test)
 {
 	struct uart *uart = uart_come(test, NULL);
@@ -84,7 +84,7 @@ static void search_end_test(struct kunit *test)
 	EXPECT_SHOWS(test, head, "rate", "460800");
 	EXPECT_SHOWS(test, head, "in_sync", "1");
 
-	/* sync is lost: the present rate has the first turn, and a new search begins behind it */
+	/* sync is lost: the present rate is tried first, and a new search starts after it */
 	SEND(test, uart, 0x99);
 	KUNIT_ASSERT_TRUE(test, wait_calls(1));
 	EXPECT_CALLS(test, { UART, 921600 });

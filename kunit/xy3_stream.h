@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-only */
 /*
  * For tests of the packet codec: streams in writing, and a listener that checks the codec's
- * accounts after every call. To be included behind the codec itself.
+ * accounts after every call. To be included after the codec itself.
  */
 #ifndef XY3_STREAM_H
 #define XY3_STREAM_H
@@ -160,7 +160,7 @@ static bool hear_packet(struct kunit *test, struct listener *listener, const u8 
 	return found;
 }
 
-/* One chunk, in memory of exactly its size: a byte read in front of it or behind it is seen */
+/* One chunk, in memory of exactly its size: reads before or after it are detected */
 static void hear_chunk(struct kunit *test, struct listener *listener, const u8 *bytes, size_t size)
 {
 	u8 *chunk = kunit_kmalloc(test, size, GFP_KERNEL);

@@ -18,7 +18,7 @@ static void read_test(struct kunit *test)
 	struct line *line = line_come(test);
 	struct xy3_head *head = head_of_number(0);
 
-	/* nobody reads: nothing is kept, nothing is lost */
+	/* without a reader nothing is kept, and nothing is lost */
 	LINE_SEND(test, line, 0x99, SYNC, SYNC, TEXT_PACKET(1, 3), 'a', 'b', 'c');
 	reader_come(test, head, READER_MAX);
 	flush_work(&reader.tty->port->buf.work);
@@ -47,7 +47,7 @@ static void read_test(struct kunit *test)
 
 #define MANY_PACKETS	4000	/* of 258 bytes: more than a tty keeps */
 
-/* A reader that does not read loses whole packets, and the count says how many */
+/* A reader that does not read loses complete packets, which are counted */
 static void lost_test(struct kunit *test)
 {
 	static const u8 sync[] = { SYNC, SYNC };

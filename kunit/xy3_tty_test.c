@@ -103,7 +103,7 @@ static void speed_shown_test(struct kunit *test)
 	msleep(100);
 	KUNIT_EXPECT_EQ(test, tty_get_baud_rate(tty), 921600);
 
-	/* from below, where nobody tells the head */
+	/* from below, without a command to the head */
 	KUNIT_EXPECT_EQ(test, set_speed(line->tty, 57600), 57600);
 	EXPECT_CALLS(test, { UART, 57600 });
 	EXPECT_SHOWS(test, head, "rate", "57600");
