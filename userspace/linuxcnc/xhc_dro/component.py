@@ -118,7 +118,7 @@ class Component:
         for name in pressed:
             self.wheel.press(name)
             if name in ACTIONS + OWNERS:
-                self.macros.start(name, axis)
+                self.macros.start(name, axis and axis.upper())
         self.macros.turn()
 
     def _look_for_pendant(self):

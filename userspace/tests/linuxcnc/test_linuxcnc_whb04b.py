@@ -7,6 +7,7 @@ import glob
 import os
 import shutil
 import subprocess
+import time
 
 import case
 from halcmd import USER, Halcmd
@@ -176,6 +177,15 @@ class TestWhb04b(Case):
 
         self.mill.wait(turned)
 
+    def rest(self, axis):
+        """Until it has stopped: on a busy machine some detents come late, and move it once more."""
+        def rests():
+            place = position(axis)
+            time.sleep(1)
+            return position(axis) == place and not is_true('motion.jog-is-active')
+
+        self.mill.wait(rests)
+
     def test_continuous(self):
         """As long as the wheel turns, with a part of the greatest velocity, and no longer."""
         self.press('Continuous/MPG', lambda: is_true('xhc-dro.mode-continuous'))
@@ -189,13 +199,11 @@ class TestWhb04b(Case):
                 start = position(axis)
                 self.turn_on(detents, lambda: abs(
                     float(pin('motion.current-vel')) - 50 * percent / 100) < 0.01)
-                self.mill.wait(lambda: not is_true('motion.jog-is-active'))
-                place = position(axis)
-                assert (place - start) * detents > 0
-                self.assert_at(axis, place)
+                self.rest(axis)
+                assert (position(axis) - start) * detents > 0
         self.turn_on(1, lambda: is_true('motion.jog-is-active'))
         self.select('y')
-        self.mill.wait(lambda: not is_true('motion.jog-is-active'))
+        self.rest('y')
         place = position('y')
         self.device.turn_feed(self.device.model.feed['lead'])
         self.mill.wait(lambda: int(pin('xhc-dro.rotary')) == 7)

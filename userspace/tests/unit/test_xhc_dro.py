@@ -607,6 +607,19 @@ class TestComponent(Case):
         self.turn(made)
         assert self.mill.asked[:2] == [3, 'G10 L20 P0 Z0.0000000']
 
+    @pytest.mark.parametrize('selector, number, asked', [
+        (2, 7, [3, 'G10 L20 P0 Y0.0000000']), (1, 6, [3, 'G10 L20 P0 X-4.5000000']),
+        (5, 7, ['pendant: zero: no axis is selected']),
+        (0, 7, ['pendant: zero: no axis is selected'])])
+    def test_keys_for_the_selected_axis(self, selector, number, asked):
+        made = self.start()
+        self.plug()
+        self.hands.selector = selector
+        self.turn(made)
+        self.hands.down = {number}
+        self.turn(made)
+        assert self.mill.asked == asked
+
     @pytest.mark.parametrize('text', ['9 lamp', '09', '09 a b c', '00 lamp', '1f lamp', '09 Lamp',
                                       '09 lamp\n09 lamp'])
     def test_a_table_that_is_none(self, text):
