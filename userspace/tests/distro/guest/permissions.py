@@ -59,9 +59,10 @@ def files_below(directory):
 
 
 def for_root(name):
-    """What every device has, and what changes more than the one device."""
+    """What every device has, what changes more than the one device, and what refuses each write,
+    although the IIO core gives it a mode for writing."""
     return name.endswith('uevent') or 'power' in name.split('/') or \
-        name == 'current_timestamp_clock'
+        name in ('current_timestamp_clock', 'out_angl_scale', 'out_angl_offset')
 
 
 def misplaced(directory):
