@@ -24,11 +24,14 @@
  * @XY3_DEFECT_CPHA: takes SPI mode 1, and does mode 0
  * @XY3_DEFECT_LINES: takes several data lines, and sends plain transfers on one
  * @XY3_DEFECT_CLOCK: does not look at the clock of a transfer
+ * @XY3_DEFECT_LANES: chooses the lanes of plain transfers by a variable that it has not
+ *		      initialised, and counts their words by the lanes for reading
  */
 enum xy3_defect {
 	XY3_DEFECT_CPHA = BIT(0),
 	XY3_DEFECT_LINES = BIT(1),
 	XY3_DEFECT_CLOCK = BIT(2),
+	XY3_DEFECT_LANES = BIT(3),
 };
 
 /*
@@ -45,6 +48,7 @@ static const struct {
 	{ "cadence-xspi", XY3_DEFECT_LINES },
 	{ "img-spfi", XY3_DEFECT_LINES },
 	{ "mtk-spi", XY3_DEFECT_LINES },		/* spi-mt65xx.c, up to 6.12 */
+	{ "spi-engine", XY3_DEFECT_LANES },		/* spi-axi-spi-engine.c, 7.3 */
 	{ "spi-pci1xxxx", XY3_DEFECT_LINES },
 	{ "sprd-spi", XY3_DEFECT_LINES },
 	{ "stm32-ospi", XY3_DEFECT_CLOCK },		/* the device's, as the next one */
@@ -64,7 +68,7 @@ static unsigned int xy3_defects_of(const struct spi_controller *controller)
 	return 0;
 }
 
-static void xy3_warn_of_defects(const struct spi_device *spi, unsigned int lines)
+static void xy3_warn_of_defects(const struct spi_device *spi, unsigned int lines, bool lanes)
 {
 	unsigned int defects = xy3_defects_of(spi->controller);
 
@@ -74,6 +78,9 @@ static void xy3_warn_of_defects(const struct spi_device *spi, unsigned int lines
 	if (defects & XY3_DEFECT_LINES && lines > 1)
 		dev_warn(&spi->dev,
 			 "this controller is known to use one data line for plain transfers\n");
+	if (defects & XY3_DEFECT_LANES && lanes)
+		dev_warn(&spi->dev,
+			 "this controller is known to send plain transfers on lanes that were not chosen\n");
 	if (defects & XY3_DEFECT_CLOCK)
 		dev_warn(&spi->dev,
 			 "this controller is known to send at one clock: sampling_frequency does not change it, achieved_frequency tells what it is\n");
@@ -193,7 +200,7 @@ int xy3_controller_setup(struct spi_device *spi, unsigned int *lines, bool *word
 		return dev_err_probe(dev, -EINVAL,
 				     "the controller takes %zu bytes at a time, a scan has up to %zu\n",
 				     spi_max_transfer_size(spi), room);
-	xy3_warn_of_defects(spi, *lines);
+	xy3_warn_of_defects(spi, *lines, lanes);
 	*words = lanes || spi->mode & SPI_CS_WORD;
 	return 0;
 }

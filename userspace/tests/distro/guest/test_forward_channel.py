@@ -105,7 +105,8 @@ if not EIGHT:
 
 if LANES:
     def test_lanes_carry_positions_and_commands():
-        with VirtualHead(lines=8, framing='cs', lanes=5) as head:
+        with VirtualHead(lines=8, framing='cs', lanes=5, controller='spi-engine') as head:
+            assert 'on lanes that were not chosen' in command('dmesg')
             for axis, code in enumerate((1, 0xfffff, 4711, 0x80000, 0x12345)):
                 head.set('out_angl%d_raw' % axis, code)
             assert head.positions(20) == [1, 0xfffff, 4711, 0x80000, 0x12345]

@@ -57,10 +57,12 @@ class VirtualHead:
             assert head.positions(20)[0] == 5
 
     driver=None: no driver is expected to bind to the SPI device.
+    controller: name of the driver that the controller seems to have
     """
 
-    def __init__(self, driver='xy3-spi', **parameters):
+    def __init__(self, driver='xy3-spi', controller='xy3-sim', **parameters):
         self.driver = driver
+        parameters['driver'] = controller
         self.parameters = ['%s=%s' % one for one in parameters.items()]
         self.spi = self.iio = self.buffer = self.axes = None
         self.node = '/dev/xy3-0'
