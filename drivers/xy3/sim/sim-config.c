@@ -29,7 +29,7 @@ struct xy3_sim_config xy3_sim_defaults = {
 	.word_bits = 32,
 	.idle = XY3_SIM_IDLE_FLOAT,
 	.turnaround_us = 20,
-	.prepare_us = 50,
+	.prepare_us = 10,
 	.driver = "xy3-sim",
 	.modalias = "xy3-100",
 	.uart_max = 4000000,
@@ -260,7 +260,7 @@ SIM_CHOICE(idle, sim_idle_names,
 SIM_NUMBER(turnaround_us, 0, USEC_PER_SEC,
 	   "Time between two messages that follow one another (default: 20)");
 SIM_NUMBER(prepare_us, 0, USEC_PER_SEC,
-	   "Time to prepare a message (spi-axi-spi-engine), 0 for a controller that does not (default: 50)");
+	   "Time to prepare a message (spi-axi-spi-engine), 0 for a controller that does not (default: 10)");
 SIM_TEXT(driver, "Name of the controller's driver (default: xy3-sim)");
 SIM_TEXT(modalias, "Name of the SPI device: xy3-100, spidev, or another (default: xy3-100)");
 SIM_FLAG(realtime, "Transfers take as long as on a wire (default: no)");
@@ -400,8 +400,8 @@ int xy3_sim_config_resolve(struct xy3_sim_config *config)
 {
 	config->device_lines = config->device_lines ?: config->lines;
 	config->driven_lines = config->driven_lines ?: config->lines;
-	if (config->lanes > config->lines || !sim_lines_good(config->lines) || !sim_lines_good(config->device_lines) ||
-	    config->driven_lines > config->lines ||
+	if (!sim_lines_good(config->lines) || !sim_lines_good(config->device_lines) ||
+	    config->driven_lines > config->lines || config->lanes > config->lines ||
 	    (config->word_bits != 16 && config->word_bits != 32) || !*config->driver)
 		return -EINVAL;
 	return xy3_sim_parse_signals(*config->signals ? config->signals :
