@@ -36,7 +36,7 @@ static const char doc[] =
 	"and the code of <linux/input-event-codes.h> that matches it. It is chosen by an entry of "
 	"udev's hwdb: `layout NAME' prints the entry, --write writes it to the folder of udev, and "
 	"--apply also activates it at once. `layout default' removes the entry: all keys are "
-	"BTN_TRIGGER_HAPPY<code> again, which LinuxCNC is wired to.\n\n"
+	"BTN_TRIGGER_HAPPY<code> again.\n\n"
 	"With --device the entry applies only to that pendant, at its present port. Files in the "
 	"folder that the environment variable XHC_LAYOUTS names are layouts, too. "
 	"Codes that stop the computer (KEY_RESTART, KEY_POWER, KEY_SLEEP, ...) are refused.\n\n"
