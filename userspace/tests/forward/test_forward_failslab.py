@@ -11,7 +11,7 @@ import struct
 
 import forward_rig
 import head_rig
-from failslab import module_range, setup_failslab, walk
+from failslab import DRIVER_CORE, module_range, setup_failslab, walk
 from forward_rig import Case
 from kernel import read_file, wait, write_file
 
@@ -59,7 +59,7 @@ class TestWalk(Case):
                     self.works(forward)
                 forward.unbind()
 
-        count, outcomes = walk(forward.bind, after)
+        count, outcomes = walk(forward.bind, after, DRIVER_CORE)
         self.report('bind', count, outcomes)
         assert count > 200
         assert outcomes.get('ENOMEM', 0) > 100
