@@ -37,12 +37,19 @@ class Example:
     def __init__(self, name, *words):
         self.process = subprocess.Popen(
             ['/usr/bin/python3', '-B', '%s/%s.py' % (EXAMPLES, name), *words], text=True,
-            stdout=subprocess.PIPE, stderr=subprocess.PIPE, bufsize=1)
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        self.text = ''          # printed and not asked for: lines may come together
 
     def line(self):
-        ready, _, _ = select.select([self.process.stdout], [], [], LIMIT)
-        assert ready, 'not a line in %d s' % LIMIT
-        return self.process.stdout.readline().rstrip('\n')
+        pipe = self.process.stdout.fileno()
+        while '\n' not in self.text:
+            ready, _, _ = select.select([pipe], [], [], LIMIT)
+            assert ready, 'not a line in %d s' % LIMIT
+            data = os.read(pipe, 4096)
+            assert data, 'it has ended'
+            self.text += data.decode()
+        line, _, self.text = self.text.partition('\n')
+        return line
 
     def has_open(self, node):
         """Whether it reads a node: only what comes later does it see."""
