@@ -84,6 +84,18 @@ static inline bool iio_device_claim_direct(struct iio_dev *indio_dev)
                                  const u8 *data, size_t size)
 { return size; }
 struct serdev_device_ops driver = { .receive_buf = xy3_serdev_receive };'''),
+    'SPI_LANES': (
+        'spi/spi.h', 'struct spi_transfer { const void *tx_buf; unsigned dummy_data:1; };',
+        '''#define SPI_DEVICE_DATA_LANE_CNT_MAX 8
+#define SPI_MULTI_LANE_MODE_SINGLE	0
+#define SPI_MULTI_LANE_MODE_STRIPE	1
+struct spi_transfer { const void *tx_buf; unsigned dummy_data:1;
+unsigned multi_lane_mode: 2; };''',
+        '''int driver_lanes(struct spi_transfer *transfer, int lanes)
+{ transfer->multi_lane_mode = SPI_MULTI_LANE_MODE_SINGLE;
+if (lanes > 1 && lanes <= SPI_DEVICE_DATA_LANE_CNT_MAX)
+transfer->multi_lane_mode = SPI_MULTI_LANE_MODE_STRIPE;
+return transfer->dummy_data; }'''),
     'SPI_NBITS_OCTAL': (
         'spi/spi.h', '#define	SPI_NBITS_QUAD	0x04', '#define	SPI_NBITS_OCTAL	0x08',
         'int driver_octal(struct spi_device *spi) { return spi_setup(spi); }'),
