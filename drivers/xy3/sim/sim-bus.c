@@ -161,7 +161,7 @@ static int sim_check(const struct xy3_sim *sim, const struct spi_transfer *trans
 		return 0;
 	if (!transfer->speed_hz || sim_nbits(transfer) > sim->config.lines)
 		return -EINVAL;
-	/* several lines go one way; on the others nobody speaks */
+	/* several lines only send: there is nothing to read on them */
 	if (transfer->rx_buf && (transfer->rx_nbits != SPI_NBITS_SINGLE ||
 				 sim_nbits(transfer) != SPI_NBITS_SINGLE))
 		return -EINVAL;
