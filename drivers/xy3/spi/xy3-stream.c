@@ -139,6 +139,7 @@ int xy3_stream_start(struct xy3_stream *stream)
 	stream->running = true;
 	stream->primed = false;
 	stream->closed = false;
+	/* a write that has waited for a page since the last stream is not part of this one */
 	stream->aborted = true;
 	stream->wanted = 0;
 	stream->error = 0;
