@@ -94,7 +94,7 @@ class TestDisplay(Case):
         assert self.get(self.path, 'feedrate') == '5'
 
     def test_udevd_is_waited_for(self):
-        """Until then nobody but root may write, and that is no trouble."""
+        """Until then only root may write, which is not an error."""
         denied = PermissionError(errno.EACCES, 'Permission denied')
         with mock.patch.object(display.os, 'open', side_effect=denied), \
                 mock.patch.object(display.time, 'monotonic') as clock:
