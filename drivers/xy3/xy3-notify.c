@@ -81,7 +81,7 @@ static void xy3_notify_work(struct work_struct *work)
 		events->errors = 0;
 		events->sync = false;
 		events->identity = false;
-		events->next = jiffies + msecs_to_jiffies(XY3_NOTIFY_MS);
+		events->next = get_jiffies_64() + msecs_to_jiffies(XY3_NOTIFY_MS);
 	}
 
 	if (sync)
@@ -100,13 +100,12 @@ static void xy3_notify_work(struct work_struct *work)
  */
 void xy3_notify_schedule(struct xy3_head *head)
 {
-	unsigned long delay = 0;
+	u64 now = get_jiffies_64();
+	unsigned long delay = head->events.next > now ? head->events.next - now : 0;
 
 	lockdep_assert_held(&head->lock);
 	if (head->gone)
 		return;
-	if (time_before(jiffies, head->events.next))
-		delay = head->events.next - jiffies;
 	queue_delayed_work(system_percpu_wq, &head->events.work, delay);
 }
 
@@ -116,6 +115,5 @@ void xy3_notify_schedule(struct xy3_head *head)
  */
 void xy3_notify_init(struct xy3_head *head)
 {
-	head->events.next = jiffies;
 	INIT_DELAYED_WORK(&head->events.work, xy3_notify_work);
 }

@@ -148,7 +148,7 @@ struct xy3_events {
 	bool sync;
 	bool identity;
 	u32 thermometers;
-	unsigned long next;
+	u64 next;
 	struct delayed_work work;
 };
 
