@@ -105,6 +105,7 @@ static int xy3_buffer_write(struct iio_buffer *buffer, size_t size, const char _
 {
 	struct xy3_iio *iio = xy3_from_buffer(buffer);
 	ssize_t part = 0, done = 0;
+	size_t all = size;
 	size_t each;
 
 	if (mutex_lock_killable(&iio->writer))
@@ -121,11 +122,13 @@ static int xy3_buffer_write(struct iio_buffer *buffer, size_t size, const char _
 		part = xy3_write_piece(iio, each, (size - done) / each, data + done);
 		/* aborted: all of it was taken, and dropped */
 		if (part == -ECANCELED)
-			part = size - done;
+			part = all - done;
 		if (part <= 0)
 			break;
 		done += part;
 	}
+	if (part < 0 || done == all)
+		xy3_stream_end_write(&iio->stream);
 	mutex_unlock(&iio->writer);
 	return done ?: part;
 }

@@ -162,6 +162,7 @@ enum xy3_stream_stat {
  * @notify_at: @underrun is not to run before that, in jiffies
  * @leaving: it ends for good: what is written is dropped, and no more is taken
  * @aborted: the rest of the write that is going on is dropped; it may be one to the stream before
+ * @cancelled: the task whose write() was going on when what was written was dropped, or NULL
  * @error: of the controller; nothing more is sent until the stream is started anew
  * @write_max: scans that are taken whole, or not at all; half of all blocks have room for them
  * @wanted: scans of the write that has found no room
@@ -202,6 +203,7 @@ struct xy3_stream {
 	u64 notify_at;
 	bool leaving;
 	bool aborted;
+	struct task_struct *cancelled;
 	int error;
 	size_t write_max;
 	size_t wanted;
@@ -277,6 +279,7 @@ int xy3_stream_set_rate(struct xy3_stream *stream, unsigned int rate);
 int xy3_stream_blocks(struct xy3_stream *stream, unsigned int scans);
 void xy3_stream_no_blocks(struct xy3_stream *stream);
 void xy3_stream_begin_write(struct xy3_stream *stream);
+void xy3_stream_end_write(struct xy3_stream *stream);
 size_t xy3_stream_write_max(const struct xy3_stream *stream);
 size_t xy3_stream_room(struct xy3_stream *stream);
 size_t xy3_stream_waiting(struct xy3_stream *stream);

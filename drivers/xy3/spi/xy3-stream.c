@@ -6,6 +6,7 @@
 #include <linux/ktime.h>
 #include <linux/minmax.h>
 #include <linux/poll.h>
+#include <linux/wait.h>
 
 #include "xy3-spi.h"
 
@@ -171,6 +172,22 @@ static void xy3_stream_close(struct xy3_stream *stream)
 	stream->stat[XY3_ERRORS] += !!err;
 }
 
+/*
+ * The task whose write() is going on, or NULL. From the start to the end of it, also while there is
+ * no room, the IIO core has an entry of this kind in the queue of the writers; those of poll() are
+ * of others.
+ */
+static struct task_struct *xy3_writing_task(wait_queue_head_t *writers)
+{
+	struct wait_queue_entry *entry;
+
+	guard(spinlock_irqsave)(&writers->lock);
+	list_for_each_entry(entry, &writers->head, entry)
+		if (entry->func == woken_wake_function)
+			return entry->private;
+	return NULL;
+}
+
 /**
  * xy3_stream_abort() - drop what was written and the controller does not have yet
  * @stream: the stream
@@ -182,6 +199,7 @@ void xy3_stream_abort(struct xy3_stream *stream)
 {
 	guard(spinlock_irqsave)(&stream->lock);
 	stream->aborted = true;
+	stream->cancelled = xy3_writing_task(stream->writers);
 	xy3_drop_written(stream);
 	wake_up_all(&stream->done);
 	wake_up_interruptible_poll(stream->writers, EPOLLOUT | EPOLLWRNORM);

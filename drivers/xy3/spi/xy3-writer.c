@@ -8,6 +8,7 @@
 
 #include <linux/err.h>
 #include <linux/minmax.h>
+#include <linux/sched.h>
 
 #include "xy3-spi.h"
 
@@ -104,11 +105,24 @@ size_t xy3_stream_waiting(struct xy3_stream *stream)
 /**
  * xy3_stream_begin_write() - what is taken from now on is no part of a write that was aborted
  * @stream: the stream
+ *
+ * Unless it is the rest of one: the IIO core makes several writes of a long one.
  */
 void xy3_stream_begin_write(struct xy3_stream *stream)
 {
 	guard(spinlock_irqsave)(&stream->lock);
-	stream->aborted = false;
+	stream->aborted = stream->cancelled == current;
+}
+
+/**
+ * xy3_stream_end_write() - the IIO core will not call again with the rest of this write
+ * @stream: the stream
+ */
+void xy3_stream_end_write(struct xy3_stream *stream)
+{
+	guard(spinlock_irqsave)(&stream->lock);
+	if (stream->cancelled == current)
+		stream->cancelled = NULL;
 }
 
 /**

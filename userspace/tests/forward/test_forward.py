@@ -10,6 +10,7 @@ import random
 import select
 import signal
 import struct
+import threading
 import time
 
 import pytest
@@ -404,6 +405,25 @@ class TestAbort(Case):
         assert wait(lambda: forward.number('repeated') > 0)
         assert self.written(forward) < self.SCANS / 2
         assert stream.write(struct.pack('<3I', 7, 8, 9)) == 12      # it runs
+        stream.finish()
+        assert forward.x_of('positions') == '7'
+
+    def test_abort_of_a_write_that_waits(self):
+        """All of it is dropped, not only what the buffer had room for; and nothing of the next."""
+        forward, stream = self.slow_stream()
+        scans = self.DATA + struct.pack('<3I', 4, 5, 6) * self.SCANS * 4
+        taken = []
+        writer = threading.Thread(target=lambda: taken.append(stream.write(scans)), daemon=True)
+        writer.start()
+        assert wait(lambda: forward.number('buffer/data_available') > self.SCANS * 3 // 2)
+        time.sleep(0.5)                                     # the rest has no room
+        assert forward.set('abort', 1) is None
+        writer.join(60)
+        assert taken == [len(scans)]
+        assert forward.number('buffer/data_available') == 0
+        assert wait(lambda: forward.number('repeated') > 0)
+        assert forward.x_of('positions') == '1'
+        assert stream.write(struct.pack('<3I', 7, 8, 9)) == 12
         stream.finish()
         assert forward.x_of('positions') == '7'
 
