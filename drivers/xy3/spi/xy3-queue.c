@@ -151,11 +151,14 @@ bool xy3_make_closing(struct xy3_stream *stream)
 /**
  * xy3_close_after_error() - try once to make the gate's line low, which may be at any level
  * @stream: the stream; nothing is sent unless it has failed, and the controller has no block
+ *
+ * xy3_stream_stop() sends the same block as soon as the controller has none of what was written.
  */
 void xy3_close_after_error(struct xy3_stream *stream)
 {
 	lockdep_assert_held(&stream->lock);
-	if (!stream->error || stream->queued || stream->closed || !xy3_make_closing(stream))
+	if (!stream->running || !stream->error || stream->queued || stream->closed ||
+	    !xy3_make_closing(stream))
 		return;
 	stream->closed = true;
 	xy3_submit(stream, stream->closing);
