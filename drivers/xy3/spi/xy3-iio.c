@@ -31,7 +31,12 @@ static int xy3_read_raw(struct iio_dev *indio_dev, struct iio_chan_spec const *c
 	struct xy3_iio *iio = iio_priv(indio_dev);
 	struct xy3_stream *stream = &iio->stream;
 	u32 position[XY3_COLUMNS_MAX];
+	unsigned int bits, rate;
 
+	scoped_guard(spinlock_irqsave, &stream->lock) {
+		bits = channel->scan_type.realbits;
+		rate = stream->rate;
+	}
 	switch (mask) {
 	case IIO_CHAN_INFO_RAW:
 		xy3_stream_position(stream, position);
@@ -39,14 +44,14 @@ static int xy3_read_raw(struct iio_dev *indio_dev, struct iio_chan_spec const *c
 		return IIO_VAL_INT;
 	/* the field's angle is not known: 0 is its middle, 1 a step of the codes of short frames */
 	case IIO_CHAN_INFO_OFFSET:
-		*value = -(1 << (channel->scan_type.realbits - 1));
+		*value = -(1 << (bits - 1));
 		return IIO_VAL_INT;
 	case IIO_CHAN_INFO_SCALE:
 		*value = 1;
-		*shift = channel->scan_type.realbits - XY3_CODE24_BITS;
+		*shift = bits - XY3_CODE24_BITS;
 		return IIO_VAL_FRACTIONAL_LOG2;
 	case IIO_CHAN_INFO_SAMP_FREQ:
-		*value = stream->rate;
+		*value = rate;
 		return IIO_VAL_INT;
 	default:
 		return -EINVAL;
@@ -60,9 +65,11 @@ static int xy3_read_avail(struct iio_dev *indio_dev, struct iio_chan_spec const 
 
 	if (mask != IIO_CHAN_INFO_SAMP_FREQ)
 		return -EINVAL;
-	iio->rates[0] = xy3_stream_rate_min(&iio->stream);
-	iio->rates[1] = 1;
-	iio->rates[2] = xy3_stream_rate_max(&iio->stream);
+	scoped_guard(spinlock_irqsave, &iio->stream.lock) {
+		iio->rates[0] = xy3_stream_rate_min(&iio->stream);
+		iio->rates[1] = 1;
+		iio->rates[2] = xy3_stream_rate_max(&iio->stream);
+	}
 	*values = iio->rates;
 	*type = IIO_VAL_INT;
 	return IIO_AVAIL_RANGE;
@@ -124,7 +131,12 @@ static void xy3_set_bits(struct xy3_iio *iio, unsigned int bits)
 
 static ssize_t frame_bits_show(struct device *dev, struct device_attribute *attr, char *buf)
 {
-	return sysfs_emit(buf, "%u\n", xy3_iio_stream(dev_to_iio_dev(dev))->map.frame_bits);
+	struct xy3_stream *stream = xy3_iio_stream(dev_to_iio_dev(dev));
+	unsigned int bits;
+
+	scoped_guard(spinlock_irqsave, &stream->lock)
+		bits = stream->map.frame_bits;
+	return sysfs_emit(buf, "%u\n", bits);
 }
 
 /* Positions stay where they are: six bits more, or six less */

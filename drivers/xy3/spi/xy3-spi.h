@@ -149,7 +149,8 @@ enum xy3_stream_stat {
  * struct xy3_stream - the way of all frames to the head
  * @spi: the SPI device
  * @map: which line carries what
- * @rate: frames per second; like @map changed while nothing is sent only
+ * @rate: frames per second; like @map changed while nothing is sent only, and under @lock for
+ *	  those that show them
  * @forward: the forward channel, which is notified when there is room for commands
  * @debugfs: the directory of its counters
  * @writers: where writers wait for an empty block

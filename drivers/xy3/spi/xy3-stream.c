@@ -258,6 +258,15 @@ void xy3_stream_stop(struct xy3_stream *stream)
 	xy3_stream_unprepare(stream);
 }
 
+/* With the nearest rate that the bus can do */
+static void xy3_stream_take_over(struct xy3_stream *stream, const struct xy3_line_map *map,
+				 unsigned int rate)
+{
+	guard(spinlock_irqsave)(&stream->lock);
+	stream->map = *map;
+	stream->rate = clamp(rate, xy3_stream_rate_min(stream), xy3_stream_rate_max(stream));
+}
+
 static int xy3_stream_change(struct xy3_stream *stream, const struct xy3_line_map *map,
 			     unsigned int rate)
 {
@@ -268,13 +277,10 @@ static int xy3_stream_change(struct xy3_stream *stream, const struct xy3_line_ma
 	if (xy3_stream_leaves(stream))
 		return -ENODEV;
 	xy3_commands_hold(stream);
-	stream->map = *map;
-	stream->rate = clamp(rate, xy3_stream_rate_min(stream), xy3_stream_rate_max(stream));
+	xy3_stream_take_over(stream, map, rate);
 	err = xy3_commands_new_block(stream);
-	if (err) {
-		stream->map = map_was;
-		stream->rate = rate_was;
-	}
+	if (err)
+		xy3_stream_take_over(stream, &map_was, rate_was);
 	xy3_commands_release(stream);
 	return err;
 }
