@@ -17,11 +17,21 @@
 /* Repeating begins while the controller still has a block: with the next one it has this many */
 #define XY3_BLOCKS_LOW		2
 
+/* It is one of the writer's, not one of those that repeat, carry a command or end a stream */
+static bool xy3_is_written(const struct xy3_block *block)
+{
+	return !block->repeats && block != block->stream->commands.block;
+}
+
+static u8 *xy3_last_scan(struct xy3_block *block)
+{
+	return block->data + (block->scans - 1) * block->stream->map.scan_size;
+}
+
 /* What was written: whole blocks first, then one that the writer has only begun */
 static struct xy3_block *xy3_next_written(struct xy3_stream *stream)
 {
 	struct xy3_block *block = list_first_entry_or_null(&stream->full, struct xy3_block, node);
-	size_t size = stream->map.scan_size;
 
 	if (block) {
 		list_del(&block->node);
@@ -30,17 +40,21 @@ static struct xy3_block *xy3_next_written(struct xy3_stream *stream)
 		block = stream->filling;
 		stream->filling = NULL;
 	}
-	if (block) {
-		u8 *last = block->data + (block->scans - 1) * size;
-
-		memcpy(stream->last, last, size);
-		xy3_lower_gate(&stream->map, stream->last);
-		/* nothing may follow for some time */
-		xy3_lower_gate_behind(&stream->map, last);
-		stream->primed = true;
-		stream->repeating = false;
-	}
+	/* nothing may follow for some time */
+	if (block)
+		xy3_lower_gate_behind(&stream->map, xy3_last_scan(block));
 	return block;
+}
+
+/* The controller has a block of those that were written */
+static void xy3_written_is_given(struct xy3_block *block)
+{
+	struct xy3_stream *stream = block->stream;
+
+	memcpy(stream->last, xy3_last_scan(block), stream->map.scan_size);
+	xy3_lower_gate(&stream->map, stream->last);
+	stream->primed = true;
+	stream->repeating = false;
 }
 
 static struct xy3_block *xy3_next_repeated(struct xy3_stream *stream)
@@ -97,6 +111,11 @@ void xy3_drop_written(struct xy3_stream *stream)
 	if (stream->filling)
 		xy3_put_empty(stream->filling);
 	stream->filling = NULL;
+	if (stream->refused && xy3_is_written(stream->refused)) {
+		xy3_put_empty(stream->refused);
+		stream->refused = NULL;
+		stream->queued--;
+	}
 }
 
 /**
@@ -126,6 +145,8 @@ static int xy3_submit(struct xy3_stream *stream, struct xy3_block *block)
 		stream->refused = block;
 		queue_delayed_work(system_percpu_wq, &stream->retry, 1);
 		err = 0;
+	} else if (!err && xy3_is_written(block)) {
+		xy3_written_is_given(block);
 	}
 	if (!err)
 		stream->queued++;
@@ -204,7 +225,7 @@ static void xy3_block_sent(struct xy3_stream *stream, struct xy3_block *block, i
 	} else {
 		stream->stat[XY3_SCANS] += block->scans;
 		stream->stat[XY3_REPEATED] += block->repeats ? block->scans : 0;
-		if (block != stream->commands.block && !block->repeats)
+		if (xy3_is_written(block))
 			memcpy(stream->position, block->position, sizeof(stream->position));
 		xy3_measure(stream, block->scans);
 	}
@@ -239,6 +260,11 @@ void xy3_retry(struct work_struct *work)
 
 	guard(spinlock_irqsave)(&stream->lock);
 	block = stream->refused;
+	if (!block) {
+		/* it was dropped */
+		xy3_pump(stream, true);
+		return;
+	}
 	stream->refused = NULL;
 	stream->queued--;
 	err = block == stream->closing ? 0 : stream->error;

@@ -185,6 +185,29 @@ class TestControllers(Case):
         write_file(forward.head + 'calibrate', 'z')
         forward.unbind()
 
+    def test_abort_while_the_bus_is_locked(self):
+        """What waits for the bus is dropped, too, and the mirrors stay where they are."""
+        forward = self.forward(4, 'line', more='realtime=1')
+        scans = struct.pack('<3I', 7, 8, 9) * 1000
+        assert forward.set('out_angl0_raw', 5) is None
+        sent = forward.number('scans')
+        stream = forward.stream()
+        for x in (5, 6):
+            forward.set_sim('bus_lock_ms', 500)
+            time.sleep(0.1)
+            stream.write(scans)
+            time.sleep(0.1)
+            assert forward.set('abort', 1) is None
+            time.sleep(0.6)
+            assert forward.x_of('positions') == str(x)
+            stream.write(struct.pack('<3I', 6, 8, 9))
+            assert wait(lambda: forward.x_of('positions') == '6')
+        repeated = forward.number('repeated')
+        assert wait(lambda: forward.number('repeated') > repeated)
+        stream.finish()
+        assert forward.number('scans') - forward.number('repeated') == sent + 2
+        assert forward.number('bus_errors') == 0
+
     def test_slowest_clock(self):
         """A divider has an end (spi-synquacer: 254): the rates that it can do are listed."""
         forward = self.forward(4, 'line', more='min_speed_hz=260000 max_speed_hz=5200000')
