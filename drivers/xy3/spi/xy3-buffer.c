@@ -8,6 +8,7 @@
 
 #include <linux/err.h>
 #include <linux/minmax.h>
+#include <linux/module.h>
 #include <linux/uaccess.h>
 
 #include "xy3-spi.h"
@@ -101,9 +102,9 @@ static ssize_t xy3_write_piece(struct xy3_iio *iio, size_t each, size_t wanted,
  * The IIO core forgets what was taken when a signal comes before the rest of a write, and the
  * program would write it once more: so a write that can be taken whole is, or not at all.
  */
-static int xy3_buffer_write(struct iio_buffer *buffer, size_t size, const char __user *data)
+static int xy3_write_all(struct xy3_iio *iio, size_t size, const char __user *data)
 {
-	struct xy3_iio *iio = xy3_from_buffer(buffer);
+	struct iio_buffer *buffer = &iio->buffer;
 	ssize_t part = 0, done = 0;
 	size_t all = size;
 	size_t each;
@@ -131,6 +132,18 @@ static int xy3_buffer_write(struct iio_buffer *buffer, size_t size, const char _
 		xy3_stream_end_write(&iio->stream);
 	mutex_unlock(&iio->writer);
 	return done ?: part;
+}
+
+static int xy3_buffer_write(struct iio_buffer *buffer, size_t size, const char __user *data)
+{
+	int done;
+
+	/* a file of the buffer alone does not hold the module, and a page may be long in coming */
+	if (!try_module_get(THIS_MODULE))
+		return -ENODEV;
+	done = xy3_write_all(xy3_from_buffer(buffer), size, data);
+	module_put(THIS_MODULE);
+	return done;
 }
 
 static size_t xy3_buffer_space(struct iio_buffer *buffer)

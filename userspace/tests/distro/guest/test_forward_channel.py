@@ -140,6 +140,7 @@ def test_stty_moves_head_and_uart():
 SYS_USERFAULTFD = {'x86_64': 323, 'aarch64': 282}[os.uname().machine]
 UFFDIO_API, UFFDIO_REGISTER = 0xc018aa3f, 0xc020aa00
 UFFD_API, REGISTER_MODE_MISSING = 0xaa, 1
+IIO_BUFFER_GET_FD = 0xc0046991
 
 
 def missing_page():
@@ -154,6 +155,16 @@ def missing_page():
     return page, fault
 
 
+def start_writer(fd, page, size):
+    """-> a thread whose write() waits for the page"""
+    writer = threading.Thread(target=error_name, daemon=True,
+                              args=(os.write, fd, memoryview(page)[:size]))
+    writer.start()
+    wait_for(lambda: 'userfault' in read_file('/proc/self/task/%d/wchan' % writer.native_id),
+             'the fault', BIND_TIME)
+    return writer
+
+
 def test_writer_without_its_page():
     """A write() that waits for its page keeps nothing: the stream ends, and the driver goes."""
     with VirtualHead(lines=4, framing='line') as head:
@@ -162,11 +173,7 @@ def test_writer_without_its_page():
         page, fault = missing_page()
         try:
             size = 100 * 4 * head.axes
-            writer = threading.Thread(target=error_name, daemon=True,
-                                      args=(os.write, fd, memoryview(page)[:size]))
-            writer.start()
-            wait_for(lambda: 'userfault' in read_file('/proc/self/task/%d/wchan' %
-                                                      writer.native_id), 'the fault', BIND_TIME)
+            writer = start_writer(fd, page, size)
             for text, path in (('0', head.iio + '/buffer/enable'),
                                (os.path.basename(head.spi), DRIVER + '/unbind')):
                 end = subprocess.Popen(['sh', '-c', 'echo %s > %s' % (text, path)])
@@ -177,6 +184,29 @@ def test_writer_without_its_page():
             writer.join(BIND_TIME)
             os.close(fd)
         assert not writer.is_alive()
+
+
+def test_driver_stays_for_its_writer():
+    """A file of the buffer alone does not hold the module, but a write() does."""
+    with VirtualHead(lines=4, framing='line') as head:
+        head.start()
+        device = os.open(head.buffer, os.O_WRONLY)
+        number = bytearray(4)
+        fcntl.ioctl(device, IIO_BUFFER_GET_FD, number)
+        fd, = struct.unpack('i', number)
+        os.close(device)
+        page, fault = missing_page()
+        try:
+            writer = start_writer(fd, page, 100 * 4 * head.axes)
+            done = subprocess.run(['modprobe', '-r', 'xy3-spi'], stdout=subprocess.PIPE,
+                                  stderr=subprocess.STDOUT, text=True, check=False)
+        finally:
+            os.close(fault)
+        writer.join(BIND_TIME)
+        os.close(fd)
+        assert not writer.is_alive()
+        assert done.returncode and 'in use' in done.stdout, 'modprobe -r: ' + done.stdout
+        head.set('buffer/enable', 0)
 
 
 # --- removal -----------------------------------------------------------------------------------
