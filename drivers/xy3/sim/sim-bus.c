@@ -108,10 +108,10 @@ static unsigned int sim_nbits(const struct spi_transfer *transfer)
 	return transfer->tx_buf ? transfer->tx_nbits : SPI_NBITS_SINGLE;
 }
 
-/* Lanes that are sent on at once, a word on each */
+/* Lanes that are sent on at once, a word on each; a controller without them sends one by one */
 static unsigned int sim_lanes(const struct xy3_sim *sim, const struct spi_transfer *transfer)
 {
-	if (!sim->config.lanes || transfer->multi_lane_mode != SPI_MULTI_LANE_MODE_STRIPE)
+	if (!xy3_sim_has_lanes(sim) || transfer->multi_lane_mode != SPI_MULTI_LANE_MODE_STRIPE)
 		return 1;
 	return sim->config.lanes;
 }

@@ -401,7 +401,7 @@ int xy3_sim_config_resolve(struct xy3_sim_config *config)
 	config->device_lines = config->device_lines ?: config->lines;
 	config->driven_lines = config->driven_lines ?: config->lines;
 	if (!sim_lines_good(config->lines) || !sim_lines_good(config->device_lines) ||
-	    config->driven_lines > config->lines || config->lanes > config->lines ||
+	    config->driven_lines > config->lines ||
 	    (config->word_bits != 16 && config->word_bits != 32) || !*config->driver)
 		return -EINVAL;
 	return xy3_sim_parse_signals(*config->signals ? config->signals :

@@ -61,6 +61,9 @@ static int sim_setup(struct spi_device *spi)
 	if (sim->config.modes == XY3_SIM_MODES_0_3 && mode != SPI_MODE_0 && mode != SPI_MODE_3)
 		return -EINVAL;
 	WRITE_ONCE(sim->setup_hz, spi->max_speed_hz);
+	/* as the SPI core does for a devicetree; what describes this device is a software node */
+	if (xy3_sim_has_lanes(sim) && sim->config.lanes <= SPI_DEVICE_DATA_LANE_CNT_MAX)
+		spi->num_tx_lanes = sim->config.lanes;
 	return 0;
 }
 

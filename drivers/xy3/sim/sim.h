@@ -323,6 +323,12 @@ static inline unsigned int xy3_sim_random(struct xy3_sim *sim, unsigned int belo
 	return prandom_u32_state(&sim->random) % below;
 }
 
+/* Firmware may describe more lanes than the controller has lines: then it has none */
+static inline bool xy3_sim_has_lanes(const struct xy3_sim *sim)
+{
+	return sim->config.lanes && sim->config.lanes <= sim->config.lines;
+}
+
 /* sim-core.c */
 int xy3_sim_new_number(void);
 void xy3_sim_free_number(unsigned int number);

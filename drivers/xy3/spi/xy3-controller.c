@@ -120,6 +120,11 @@ static int xy3_lines_wanted(struct spi_device *spi, u32 *lines, bool *lanes)
 	if (cells > min(SPI_DEVICE_DATA_LANE_CNT_MAX, XY3_LINES_MAX))
 		return dev_err_probe(&spi->dev, -EINVAL,
 				     "spi-tx-bus-width: this kernel has no %d lanes\n", cells);
+	/* it does so for devicetrees only, and compares their number with the controller's there */
+	if (spi->num_tx_lanes != cells)
+		return dev_err_probe(&spi->dev, -EINVAL,
+				     "spi-tx-bus-width: the SPI core has not set up %d lanes\n",
+				     cells);
 	device_property_read_u32_array(&spi->dev, "spi-tx-bus-width", width, cells);
 	for (int i = 0; i < cells; i++)
 		if (width[i] != 1)

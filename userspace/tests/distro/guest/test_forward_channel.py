@@ -115,6 +115,13 @@ if LANES:
             wait_for(lambda: head.number('commands') == 1, 'the command', BIND_TIME)
             for name in ('parity_errors', 'length_errors', 'mode_errors'):
                 assert head.counts(name) == [0] * 5, name
+    def test_lanes_that_the_controller_has_not():
+        """Nor are the words of all of them sent one after another, to X."""
+        with VirtualHead(lines=1, framing='cs', cs_word=1, lanes=5, driver=None) as head:
+            settle()
+            assert not os.path.exists(head.spi + '/driver')
+            assert heads() == []
+            assert 'has not set up 5 lanes' in command('dmesg')
 else:
     def test_lanes_are_refused():
         with VirtualHead(lines=8, framing='cs', lanes=5, driver=None) as head:

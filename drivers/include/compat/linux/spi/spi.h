@@ -6,11 +6,15 @@
 #include "../../callback.h"
 
 #ifndef KERNEL_HAS_SPI_LANES
-/* a device had one lane; the mode of more has the name of a bit of the transfer, which stays 0 */
+/*
+ * A device had one lane. The mode of more has the name of a bit of the transfer, which stays 0, and
+ * their number that of the device's word size: no code comes to it that has found one lane at most.
+ */
 #define SPI_DEVICE_DATA_LANE_CNT_MAX	1
 #define SPI_MULTI_LANE_MODE_SINGLE	0
 #define SPI_MULTI_LANE_MODE_STRIPE	1
 #define multi_lane_mode			dummy_data
+#define num_tx_lanes			bits_per_word
 #endif
 
 #ifndef KERNEL_HAS_SPI_NBITS_OCTAL
