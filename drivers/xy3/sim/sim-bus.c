@@ -180,7 +180,7 @@ static u32 sim_clock(const struct xy3_sim *sim, u32 asked)
 	case XY3_SIM_CLOCK_DIVIDED:
 		return highest / divider;
 	case XY3_SIM_CLOCK_HALVED:
-		return highest / roundup_pow_of_two(divider);
+		return max(highest / roundup_pow_of_two(divider), 1UL);
 	case XY3_SIM_CLOCK_SETUP:
 		return READ_ONCE(sim->setup_hz);
 	case XY3_SIM_CLOCK_FIXED:

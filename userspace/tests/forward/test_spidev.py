@@ -275,17 +275,22 @@ class TestLimits(Case):
 class TestWords(Case):
     """Without the library: words that it does not send."""
 
-    def send(self, fd, data, bits=8):
+    def send(self, fd, data, bits=8, speed=1000000):
         """A transfer on IO0."""
         buffer = ctypes.create_string_buffer(data, len(data))
         fcntl.ioctl(fd, SPI_IOC_MESSAGE_1,
-                    struct.pack('QQIIHBBBBBB', ctypes.addressof(buffer), 0, len(data), 1000000, 0,
+                    struct.pack('QQIIHBBBBBB', ctypes.addressof(buffer), 0, len(data), speed, 0,
                                 bits, 0, 1, 0, 0, 0))
 
     def open(self, more):
         fd = os.open(self.head(2, 'cs', more), os.O_RDWR)
         self.add_cleanup(os.close, fd)
         return fd
+
+    def test_slower_than_the_clock_can_be_halved(self):
+        fd = self.open('clock=halved realtime=0')
+        self.send(fd, bytes(3), speed=1)
+        assert self.sim('bus')['clocks'] == '24'
 
     @pytest.mark.parametrize('bits, code', ((8, 'I'), (16, 'H'), (32, 'I')))
     def test_sizes(self, bits, code):
