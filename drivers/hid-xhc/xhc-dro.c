@@ -37,21 +37,20 @@ struct xhc_flush {
 	int result;
 };
 
-static int xhc_day_of_month(void)
-{
-	struct tm tm;
-
-	time64_to_tm(ktime_get_real_seconds(), 0, &tm);
-	return tm.tm_mday;
-}
-
-static ktime_t xhc_midnight(void)
+/*
+ * The day of the month. The timer goes off at its end, or when the clock is set to a time behind
+ * that, also while the frame is on its way.
+ */
+static int xhc_dro_today(struct xhc_dro *dro)
 {
 	time64_t now = ktime_get_real_seconds();
+	time64_t midnight;
 	struct tm tm;
 
 	time64_to_tm(now, 0, &tm);
-	return ktime_set(now + 86400 - (tm.tm_hour * 3600 + tm.tm_min * 60 + tm.tm_sec), 0);
+	midnight = now + 86400 - (tm.tm_hour * 3600 + tm.tm_min * 60 + tm.tm_sec);
+	hrtimer_start(&dro->midnight, ktime_set(midnight, 0), HRTIMER_MODE_ABS);
+	return tm.tm_mday;
 }
 
 /* Let the worker run after @delay jiffies; a transfer may take seconds */
@@ -169,9 +168,9 @@ static void xhc_dro_work(struct work_struct *work)
 		list_splice_init(&dro->flushes, &flushes);
 		force = !list_empty(&flushes);
 		dro->changed = false;
+		if (!display.day && !xhc->model->seed)
+			display.day = xhc_dro_today(dro);
 	}
-	if (!display.day)
-		display.day = xhc_day_of_month();
 
 	/* cleared first: the frame covers all that was lost before it was started */
 	if (READ_ONCE(dro->lost)) {
@@ -188,8 +187,6 @@ static void xhc_dro_work(struct work_struct *work)
 		return;
 	if (err || dro->changed || !list_empty(&dro->flushes))
 		xhc_dro_schedule_frame(dro);
-	if (!xhc_dro_want(xhc)->day && !xhc->model->seed)
-		hrtimer_start(&dro->midnight, xhc_midnight(), HRTIMER_MODE_ABS);
 }
 
 /* Midnight, or the clock was set to a time after it */

@@ -647,6 +647,21 @@ class TestCalendar(Case):
         self.set_clock(2027, 3, 17, 12, 0, 0)
         assert pendant.shows('day', 17)
 
+    def test_clock_that_is_set_during_a_frame_is_noticed(self):
+        self.set_clock(2027, 3, 5, 12, 0, 0)
+        pendant = rig.Rig()
+        days = []
+
+        def set_before_the_answer(picture):
+            if not days:
+                self.set_clock(2027, 3, 17, 12, 0, 0)
+            days.append(picture.day)
+
+        pendant.device.on_frame = set_before_the_answer
+        self.plug_rig(pendant)
+        assert pendant.shows('day', 17)
+        assert days == [5, 17]
+
     def test_clock_that_is_set_back_is_noticed_with_the_next_frame(self):
         self.set_clock(2027, 3, 17, 12, 0, 0)
         pendant = self.plug()
