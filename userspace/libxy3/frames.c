@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * libxy3: frames of the forward channel, and the bytes of scans
+ * libxy3: frames of the forward channel, and encoding of scans
  */
 
 #include <errno.h>
@@ -64,7 +64,7 @@ size_t xy3_frame_size(uint8_t first)
 
 /* ---- line maps ---- */
 
-/* What a word of @length characters stands for, enum xy3_signal, or -EINVAL */
+/* The enum xy3_signal of a word of @length characters, or -EINVAL */
 static int xy3_signal_of(const char *word, size_t length)
 {
 	if (length == 4 && !memcmp(word, "sync", 4))
@@ -161,7 +161,7 @@ size_t xy3_line_map_scan_size(const struct xy3_line_map *map)
 int xy3_line_map_encode(const struct xy3_line_map *map, const uint32_t *codes, size_t scans,
 			uint8_t *out)
 {
-	/* the codec leaves off what is over the code's bits */
+	/* the codec silently drops excess bits */
 	int err = xy3_check_scans(map, codes, scans);
 
 	if (!err)

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * libxy3: a gate that rises and falls earlier or later than its scans ask for
+ * libxy3: gate delays
  *
- * A scan that was put in at place p asks for the gate when g(p) is 1. With delays of on and off
- * scans the gate is high at place k when a stretch of scans that ask for it has begun at k - on or
- * before, and has not ended at k - off. If on <= off that is any of g(k - off) ... g(k - on), else
- * all of g(k - on) ... g(k - off). The ring holds as many scans as that needs.
+ * g(p) is the gate of input scan p. With delays of on and off scans the gate of output scan k is
+ * high if a pulse of g has begun at k - on or before, and has not ended at k - off. If on <= off
+ * that is any of g(k - off) ... g(k - on), else all of g(k - on) ... g(k - off). The ring holds the
+ * number of scans that this requires.
  */
 
 #include <errno.h>
@@ -19,14 +19,14 @@
 #define XY3_GATE_DELAY_MAX	1000000
 
 /**
- * struct xy3_gate - a gate that is shifted
- * @columns: numbers of a scan; the last is the gate
- * @on: scans from the one that asks for the gate to that in which it rises
- * @off: the same for its fall
- * @ahead: scans that have to be known before one comes out
- * @size: scans of the ring
- * @ring: the last scans that were put in
- * @count: how many were put in
+ * struct xy3_gate - state of a delayed gate
+ * @columns: numbers per scan; the last is the gate
+ * @on: delay of the rising edge in scans
+ * @off: delay of the falling edge in scans
+ * @ahead: input scans that are required ahead of an output scan
+ * @size: size of the ring in scans
+ * @ring: the last input scans
+ * @count: number of input scans
  */
 struct xy3_gate {
 	unsigned int columns;
@@ -80,7 +80,7 @@ static uint32_t *xy3_gate_at(const struct xy3_gate *gate, int64_t place)
 	return gate->ring + place % gate->size * gate->columns;
 }
 
-/* Whether the gate is high at a place of those that come out */
+/* Whether the gate of the output scan @place is high */
 static bool xy3_gate_is_high(const struct xy3_gate *gate, int64_t place)
 {
 	bool any = gate->on <= gate->off;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * libxy3: scans of a path of jumps and marks, each at its speed, with delays behind them
+ * libxy3: scans of a path of jumps and marks, with their speeds and delays
  *
- * A vertex that asks for the gate is marked to: the gate is high in all scans of the way to it.
- * Any other is jumped to. Mirrors lag behind their scans, so that they are given time where a way
- * ends: behind the last of several marks, before the jump away from it, and behind each jump.
+ * A vertex with the gate set is marked: the gate is high in all scans of the segment to it. Any
+ * other vertex is a jump. Mirrors lag behind their scans, hence the delays at the end of a segment:
+ * after the last of several marks, before the next jump, and after each jump.
  */
 
 #include <errno.h>
@@ -13,21 +13,21 @@
 
 #include "libxy3.h"
 
-/* In codes a scan; the longest way has 2^38 scans then */
+/* In codes per scan; the longest segment has 2^38 scans then */
 static const double xy3_path_speed_min = 0.001, xy3_path_speed_max = 1000000000;
 
 /**
- * struct xy3_path - a path, and how far it is
- * @axes: codes of a vertex
+ * struct xy3_path - a path and its progress
+ * @axes: number of codes of a vertex
  * @settings: speeds and delays
  * @begun: there was a vertex
- * @mark: the gate is high on the way
- * @from: the vertex before
- * @to: the vertex that is on the way to
- * @before: scans to stand at @from
- * @steps: scans of the way; the last is at @to
- * @step: those that have come out
- * @after: scans to stand at @to
+ * @mark: the gate is high during the segment
+ * @from: the start of the segment
+ * @to: the end of the segment
+ * @before: remaining delay at @from, in scans
+ * @steps: scans of the segment; the last is at @to
+ * @step: scans returned so far
+ * @after: remaining delay at @to, in scans
  */
 struct xy3_path {
 	unsigned int axes;
@@ -69,7 +69,7 @@ void xy3_path_free(struct xy3_path *path)
 	free(path);
 }
 
-/* Whether these scans are too few. As its ends are rounded, a way may be a code longer. */
+/* Whether @scans are too few. As its ends are rounded, a segment may be one code longer. */
 static bool xy3_path_too_few(uint64_t scans, double square, double speed)
 {
 	double way = scans * speed + 1;
@@ -77,7 +77,7 @@ static bool xy3_path_too_few(uint64_t scans, double square, double speed)
 	return way * way < square;
 }
 
-/* The least number of scans, one at least, for a way of this square; without the root of libm */
+/* The least number of scans, at least 1, for a segment of this length squared; no sqrt() of libm */
 static uint64_t xy3_path_steps(double square, double speed)
 {
 	uint64_t low = 0, high = 1;

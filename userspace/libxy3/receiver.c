@@ -10,9 +10,9 @@
 
 /**
  * struct xy3_receiver - a stream of bytes
- * @parser: cuts it into packets
- * @packet: the one that was found last; zeros when there is none
- * @order: how the head puts its numbers
+ * @parser: splits it into packets
+ * @packet: the last packet; zeros if there is none
+ * @order: byte order of the head
  */
 struct xy3_receiver {
 	struct xy3_parser parser;
@@ -39,7 +39,7 @@ bool xy3_receiver_next(struct xy3_receiver *receiver, const uint8_t **data, size
 {
 	bool found = xy3_parse(&receiver->parser, data, size, &receiver->packet);
 
-	/* its bytes need not be there any more */
+	/* the bytes of the last packet may be invalid now */
 	if (!found)
 		receiver->packet = (struct xy3_packet) { };
 	return found;

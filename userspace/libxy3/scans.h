@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-only */
 /*
- * libxy3: what its own files share about scans
+ * libxy3: internal declarations for scans
  */
 #ifndef SCANS_H
 #define SCANS_H

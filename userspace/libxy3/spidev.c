@@ -2,15 +2,14 @@
 /*
  * libxy3: scans through /dev/spidevB.C
  *
- * spidev sends a message and returns when that has been sent, so there is a pause between two of
- * them. Where SYNC is a line a message is one transfer of a gap and many scans: at which level a
- * controller left the line before is not known. Where it is the chip select each scan is a
- * transfer, with cs_change behind it; spidev leaves the time of that to the SPI core, which takes
- * 10 us.
+ * spidev returns when a message has been sent, so there is a pause between messages. If SYNC is a
+ * line a message is one transfer of a gap and many scans: the level at which the controller has
+ * left the line before is unknown. If it is the chip select each scan is a transfer with cs_change;
+ * spidev leaves the delay to the SPI core, which uses 10 us.
  *
- * How long a message may be is spidev's parameter bufsiz; but it rounds each transfer up to what
- * DMA requires on this processor, and a controller may have a limit, too. What is longer is refused
- * before anything has been sent, so the length is found by halving.
+ * The size of a message is limited by spidev's parameter bufsiz; but spidev rounds each transfer up
+ * to what DMA requires on this processor, and a controller may have a limit, too. A message that is
+ * too long is refused before anything is sent, so the size is halved until it is accepted.
  */
 
 #include <errno.h>
@@ -34,24 +33,24 @@
 
 #define XY3_RATE_USUAL		100000
 
-/* As many transfers as the size of an ioctl's argument can say */
+/* Limit of the size field of an ioctl number */
 #define XY3_TRANSFERS_MAX	(((1 << _IOC_SIZEBITS) - 1) / sizeof(struct spi_ioc_transfer))
 
-/* The one thing that is the board's business: at which level the chip select is active */
+/* The only mode bit that depends on the board: the active level of the chip select */
 #define XY3_MODE_KEPT		SPI_CS_HIGH
 
 /**
  * struct xy3_spidev - an open device
- * @map: which line carries what
+ * @map: the signal of each line
  * @fd: the device
  * @rate: frames per second
  * @speed: the clock in Hz
- * @block: scans of a message
- * @sent: @last is a scan that has been sent
- * @last: the bytes of the last scan that holds positions
- * @message: the bytes of a message: a gap where SYNC is a line, then scans
- * @bytes: its scans
- * @transfers: those of a message
+ * @block: maximum number of scans per message
+ * @sent: @last is valid
+ * @last: the last position scan that was sent, encoded
+ * @message: the bytes of a message: a gap if SYNC is a line, then scans
+ * @bytes: the scans in @message
+ * @transfers: the transfers of a message
  */
 struct xy3_spidev {
 	struct xy3_line_map map;
@@ -87,7 +86,7 @@ static int xy3_send(struct xy3_spidev *s, unsigned int scans)
 			.speed_hz = s->speed,
 			.bits_per_word = 8,
 			.tx_nbits = s->map.lines,
-			/* behind the last one it would leave the chip select active */
+			/* on the last transfer it would leave the chip select active */
 			.cs_change = i + 1 < count,
 		};
 	if (ioctl(s->fd, _IOC(_IOC_WRITE, SPI_IOC_MAGIC, 0, count * sizeof(*s->transfers)),
@@ -96,7 +95,7 @@ static int xy3_send(struct xy3_spidev *s, unsigned int scans)
 	return 0;
 }
 
-/* Behind a message a controller keeps the lines at their last levels: the gate must be low */
+/* A controller keeps the lines at their last levels after a message: the gate must be low */
 static unsigned int xy3_closing(const struct xy3_spidev *s)
 {
 	return s->map.gate_line >= 0;
@@ -112,7 +111,7 @@ static void xy3_fill(struct xy3_spidev *s, const uint32_t *codes, unsigned int s
 		memcpy(s->bytes + i * s->map.scan_size, s->last, s->map.scan_size);
 }
 
-/* Send @codes, or the last scan again if there are none. Return how many scans, or an error. */
+/* Send @codes, or the last scan again if NULL. Return the number of scans sent, or an error. */
 static ssize_t xy3_send_scans(struct xy3_spidev *s, const uint32_t *codes, size_t scans)
 {
 	unsigned int part, closing = xy3_closing(s);
@@ -177,7 +176,7 @@ static uint32_t xy3_lines_mode(unsigned int lines)
 	return 0;
 }
 
-/* Mode 1 and the lines. The kernel drops lines that the controller has not, without a word. */
+/* Set mode 1 and the lines. The kernel silently drops lines that the controller lacks. */
 static int xy3_set_mode(struct xy3_spidev *s)
 {
 	uint32_t was, wanted, got;
@@ -222,7 +221,7 @@ static size_t xy3_bufsiz(void)
 	return size > 0 ? min(size, (long)XY3_BUFSIZ_MAX) : XY3_BUFSIZ_DEFAULT;
 }
 
-/* Room for a message that is as long as can be */
+/* Allocate a message of the maximum size */
 static int xy3_make_room(struct xy3_spidev *s)
 {
 	size_t gap = xy3_gap_size(&s->map), room = max(xy3_bufsiz(), gap) - gap;
@@ -253,7 +252,7 @@ int xy3_spidev_open(struct xy3_spidev **spidev, const char *path, const struct x
 	err = s->fd < 0 ? -errno : xy3_make_room(s);
 	if (!err)
 		err = xy3_set_rate(s, rate);
-	/* the last step: what fails leaves the device as it was */
+	/* as the last step, so that no failure changes the device */
 	if (!err)
 		err = xy3_set_mode(s);
 	if (err) {
