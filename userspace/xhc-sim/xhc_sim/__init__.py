@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """xhc-sim: virtual XHC HB03, HB04 and WHB04B pendants.
 
-models    what differs between the models
-wire      what they have in common
+models    differences between the models
+wire      constants common to all models
 hands     keys, selector, wheel, sleep -> input reports
-lcd       display chunks -> frame -> what the LCD shows
-whb04b    what the WHB04B has in another shape
-pendant   the device on no bus: reports, frames, faults
+lcd       display chunks -> frame -> contents of the LCD
+whb04b    reports, frames and LCD of the WHB04B
+pendant   the device, independent of the bus: reports, frames, faults
 uhid      the pendant as a HID device of /dev/uhid
 usb       the pendant as a USB device on vhci_hcd
 """

@@ -13,15 +13,15 @@ from .pendant import NoDevice
 from .script import COMMANDS, Failure, Runner, ScriptError
 
 OK, FAILED, USAGE, NO_DEVICE = 0, 1, 2, 3
-SCHEMA = 1                  # of the JSON objects; grows when a member changes or goes
+SCHEMA = 1                  # of JSON objects; incremented when a member is changed or removed
 
 EPILOG_TAIL = """
-Coordinates compare by value ("expect work_x -220.334"); the other fields of "expect" are
-the names of the driver's dro/ attributes and: position step_code faults frames awake
-selector model, and of the WHB04B: rows flags seed feed (the second rotary).
-# begins a comment.
+Coordinates are compared by value ("expect work_x -220.334"); the other fields of "expect"
+are the names of the driver's dro/ attributes and: position step_code faults frames awake
+selector model, and for the WHB04B: rows flags seed feed (the second rotary switch).
+# starts a comment.
 
-exit status: 0 success, 1 something failed, 2 wrong usage or script, 3 no /dev/uhid or vhci_hcd
+exit status: 0 success, 1 failure, 2 invalid usage or script, 3 no /dev/uhid or vhci_hcd
 """
 
 
@@ -29,19 +29,19 @@ def make_parser():
     commands = '\n'.join('  %-29s %s' % row for row in COMMANDS)
     parser = argparse.ArgumentParser(
         prog='xhc-sim', formatter_class=argparse.RawDescriptionHelpFormatter,
-        description='A virtual XHC HB03, HB04 or WHB04B pendant: the kernel sees the real\n'
-                    'report descriptor, you see the LCD and work keys, wheel and selector.',
+        description='Create a virtual XHC HB03, HB04 or WHB04B pendant with the real report\n'
+                    'descriptor, show its LCD, and operate keys, wheel and selector.',
         epilog='script commands:\n' + commands + '\n' + EPILOG_TAIL)
     parser.add_argument('-m', '--model', default='HB04', metavar='MODEL',
                         help='HB03, HB04 (default) or WHB04B')
     parser.add_argument('-u', '--usb', action='store_true',
-                        help='plug into vhci_hcd (a USB device) instead of /dev/uhid')
+                        help='use vhci_hcd (a USB device) instead of /dev/uhid')
     parser.add_argument('-s', '--script', metavar='FILE',
                         help='run commands from FILE, or from standard input if it is -')
     parser.add_argument('-j', '--json', action='store_true',
-                        help='print every frame, and "lcd", as one line of JSON; needs --script')
+                        help='print each frame and "lcd" as a line of JSON; requires --script')
     parser.add_argument('-t', '--timeout', type=int, default=2000, metavar='MS',
-                        help='how long "expect" waits (default 2000)')
+                        help='timeout of "expect" (default 2000)')
     parser.add_argument('-k', '--list-keys', action='store_true',
                         help="print the model's key codes and rotary codes, and exit")
     parser.add_argument('-V', '--version', action='version', version='xhc-sim ' + VERSION)
@@ -70,7 +70,7 @@ def make_device(options, model):
 
 
 def load_module(options):
-    """vhci_hcd does not load itself; a failure shows when the device is plugged."""
+    """vhci_hcd is not loaded automatically; plug() reports a failure."""
     if options.usb and not os.path.exists('/sys/devices/platform/vhci_hcd.0'):
         try:
             os.spawnlp(os.P_WAIT, 'modprobe', 'modprobe', '-q', 'vhci-hcd')
@@ -134,11 +134,11 @@ def main(arguments=None):
         list_keys(model)
         return OK
     if options.timeout < 0:
-        parser.error('--timeout is not negative')
+        parser.error('--timeout must not be negative')
     if options.json and not options.script:
-        parser.error('--json needs --script')
+        parser.error('--json requires --script')
     if not options.script and not (sys.stdin.isatty() and sys.stdout.isatty()):
-        parser.error('this is not a terminal: give commands with --script')
+        parser.error('not a terminal: use --script')
 
     text = name = None
     if options.script:

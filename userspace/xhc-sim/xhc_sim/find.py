@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Where the kernel has put a virtual pendant: its sysfs directory, driver and nodes."""
+"""Find a virtual pendant: its sysfs directory, driver and nodes."""
 
 import os
 import time
@@ -20,7 +20,7 @@ def hid_directory(phys):
                 if 'HID_PHYS=%s\n' % phys in uevent.read():
                     return os.path.realpath(path)
         except OSError:
-            continue                    # it went away while we looked
+            continue                    # removed meanwhile
     return None
 
 
@@ -49,7 +49,7 @@ def _node(directory, prefix, where):
 
 
 def wait(condition, timeout=5.0, pause=0.01):
-    """Calls condition() until it is true or the time is up; -> its last value"""
+    """Calls condition() until it is true or the timeout expires; -> its last value"""
     deadline = time.monotonic() + timeout
     while True:
         value = condition()

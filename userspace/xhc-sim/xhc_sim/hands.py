@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""What is pressed and turned -> input reports: a state machine that knows no bus.
+"""Keys, wheel and selector -> input reports: a state machine independent of the bus.
 
 Report of the HB03 and HB04: id, key, key, selector, wheel, day XOR first key.
 """
@@ -8,14 +8,14 @@ import time
 
 from .wire import INPUT_ID
 
-SLEEP_AFTER = 30.0          # seconds without a key, then the radio goes to sleep
+SLEEP_AFTER = 30.0          # seconds without operation until the radio falls asleep
 SLEEP_REPORT = bytes([INPUT_ID, 0, 0, 0, 0, 0])
 
 
 class Pendant:
     """Two key slots, a selector, a wheel, the day last received, sleep: the HB03 and HB04.
 
-    Other models derive from it what they have in another way.
+    Base class for other models.
     """
 
     def __init__(self, model):
@@ -27,13 +27,13 @@ class Pendant:
         self.quiet_since = time.monotonic()
 
     def report(self, wheel=0):
-        """The input report for the present state; any use of a sleeping pendant wakes it."""
+        """The input report for the present state; any operation wakes a sleeping pendant."""
         self.awake = True
         first, second = self.slots
         return bytes([INPUT_ID, first, second, self.selector, wheel & 0xFF, self.day ^ first])
 
     def press(self, code):
-        """A third key is not seen: the report has two slots."""
+        """A third key is ignored: the report has two slots."""
         self._touched()
         if code not in self.slots and 0 in self.slots:
             self.slots[self.slots.index(0)] = code
@@ -58,13 +58,13 @@ class Pendant:
         return self.report(detents)
 
     def sleep(self):
-        """Goes to sleep; what is held is forgotten, as by the real one."""
+        """Falls asleep; held keys are forgotten, as by real pendants."""
         self.awake = False
         self.slots = [0, 0]
         return SLEEP_REPORT
 
     def after_sleep(self):
-        """The reports that follow sleep() without being asked for."""
+        """The reports that follow that of sleep()."""
         return []
 
     def wake(self):
@@ -72,32 +72,32 @@ class Pendant:
         return self.report()
 
     def sleepy(self, now=None):
-        """True once nothing has been touched for SLEEP_AFTER seconds."""
+        """True after SLEEP_AFTER seconds without operation."""
         now = time.monotonic() if now is None else now
         return self.awake and not any(self.slots) and now - self.quiet_since >= SLEEP_AFTER
 
     def receive(self, picture):
-        """A frame has come in."""
+        """A frame was received."""
         self.day = picture.day
 
     def power_on(self):
-        """Power has come; -> whether the LCD shows what it does after power-on"""
+        """At power-on; -> whether the LCD then shows its power-on contents"""
         return False
 
     def forget(self):
-        """What was received is lost."""
+        """Received data are lost."""
         self.day = 0
 
     def streaming(self):
-        """Whether reports go on although nothing is touched."""
+        """Whether reports are sent without operation."""
         return False
 
     def hears(self):
-        """Whether a frame gets as far as the LCD."""
+        """Whether a frame reaches the LCD."""
         return True
 
     def refreshes(self):
-        """Whether the LCD follows what it is told."""
+        """Whether the LCD is updated."""
         return True
 
     def marks(self):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The display: chunks -> frame -> what the LCD of an HB03 or HB04 shows.
+"""The display: chunks -> frame -> contents of the LCD of an HB03 or HB04.
 
 Frame layout (all numbers little-endian; F = 1 byte on the HB03, 2 bytes on the HB04):
 
@@ -7,7 +7,8 @@ Frame layout (all numbers little-endian; F = 1 byte on the HB03, 2 bytes on the 
     feed override 2 | spindle override 2 | feed 2 | spindle speed 2 | step 1 | state 1
 
 A coordinate is the integer part without sign, then the fraction in units of the last displayed
-digit; the fraction's top bit is the sign.  Step: low nibble = multiplier's code, high = icon.
+digit; the top bit of the fraction is the sign.  Step: low nibble = code of the multiplier,
+high nibble = icon.
 """
 
 from .wire import CHUNK_SIZE
@@ -27,8 +28,8 @@ class Assembler:
 
     def __init__(self, model):
         self.model = model
-        self.stray = 0          # chunks that belong to no frame
-        self.torn = 0           # frames that another one interrupted
+        self.stray = 0          # chunks outside of frames
+        self.torn = 0           # incomplete frames
         self.buffer = None      # None: waiting for the magic bytes
 
     def feed(self, chunk):
@@ -51,10 +52,10 @@ class Assembler:
 
 
 class Picture:
-    """What one frame puts on the LCD.  `faults` lists what no sane host would send.
+    """The contents of the LCD after one frame.  `faults` lists invalid values in the frame.
 
     POSITIONS   the decimal fields; GROUP is the name of all of them together
-    FIELDS      names of what can be expected on the LCD
+    FIELDS      names of the fields that scripts can expect
     """
 
     POSITIONS, GROUP = COORDINATES, 'position'
@@ -128,7 +129,7 @@ class Picture:
         return '+'.join(words) or 'idle'
 
     def as_dict(self):
-        """Everything on the LCD; names are those of the driver's dro/ attributes."""
+        """All fields of the LCD; the names are those of the driver's dro/ attributes."""
         fields = dict(self.coordinates)
         fields.update(self.numbers)
         fields.update(day=self.day, step=self.step, step_code=self.step_code, icon=self.icon,

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""What differs between the pendant models: one table.
+"""Differences between the pendant models: one table.
 
-HB03 and HB04: key codes, selector codes and the display frame's layout come from the seed document
-"XHC xHB03 & xHB04 internals"; the report descriptor, the USB descriptors and the meaning of the
-selector codes 14h and 15h come from the project's protocol rulings.  WHB04B: all of it comes from
-the rulings, which rest on programs that run on real units.  Nothing here is shared with the driver.
+HB03 and HB04: key codes, selector codes and the layout of the display frame are from the seed
+document "XHC xHB03 & xHB04 internals"; the report descriptor, the USB descriptors and the meaning
+of the selector codes 14h and 15h are from the project's protocol rulings.  WHB04B: everything is
+from the rulings, which are based on programs for real units.  Nothing is shared with the driver.
 """
 
 from . import hands, lcd, whb04b
@@ -44,7 +44,7 @@ KEYS_WHB04B = {
     0x10: 'Macro 10',
 }
 
-# The rotary switch.  Order: as it is turned clockwise from "off".
+# The rotary switch, clockwise from "off".
 SELECTOR_HB03 = {
     'off': 0x00, 'x': 0x11, 'y': 0x12, 'z': 0x13, 'feed': 0x14, 'spindle': 0x15, 'speed': 0x18,
 }
@@ -56,7 +56,7 @@ SELECTOR_WHB04B = {
     'off': 0x06, 'x': 0x11, 'y': 0x12, 'z': 0x13, 'a': 0x14, 'b': 0x15, 'c': 0x16,
 }
 
-# The second rotary switch of the WHB04B, by what it means in any mode but "step".
+# The second rotary switch of the WHB04B, by its meaning in all modes except "step".
 FEED_WHB04B = {
     '2%': 0x0D, '5%': 0x0E, '10%': 0x0F, '30%': 0x10, '60%': 0x1A, '100%': 0x1B,
     'lead': whb04b.LEAD,
@@ -64,7 +64,7 @@ FEED_WHB04B = {
 
 
 class Model:
-    """One row: everything in which the models differ."""
+    """One row: all differences between the models."""
 
     def __init__(self, name, product, *, descriptor, input_size, packet_size, frame_size, decimals,
                  keys, selector, feed, states, hands, picture, blank, stream_period):
@@ -78,17 +78,17 @@ class Model:
         self.chunks = -(-frame_size // CHUNK_SIZE)
         self.decimals = decimals                # digits after the point on the LCD
         self.fraction_size = 1 if decimals == 2 else 2
-        self.keys = keys                        # scan code -> keycap
+        self.keys = keys                        # scan code -> label
         self.selector = selector                # position -> code
         self.feed = feed                        # position of the second rotary -> code
         self.states = states                    # bit of the state byte -> word on the LCD
-        self.hands = hands                      # class: what is done to it -> input reports
-        self.picture = picture                  # class: a frame -> what the LCD shows
+        self.hands = hands                      # class: operation -> input reports
+        self.picture = picture                  # class: a frame -> contents of the LCD
         self.blank = blank                      # function: the LCD before the first frame
         self.stream_period = stream_period      # seconds between reports that stream, None: none
 
     def key_code(self, text):
-        """Scan code for a keycap ("Start/Pause", any case) or a number; ValueError if neither."""
+        """Scan code for a label ("Start/Pause", any case) or a number; ValueError if neither."""
         wanted = text.strip().lower()
         for code, name in self.keys.items():
             if name.lower() == wanted:

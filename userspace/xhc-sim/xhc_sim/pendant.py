@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The device itself: what is pressed and turned -> input reports; feature reports -> the LCD.
+"""The device: operation -> input reports; feature reports -> the LCD.
 
-The model's row names the state machine behind the reports (`Pendant`, free of any bus) and what
-decodes a frame.  `VirtualPendant` adds what every bus needs: the record of what the host sent, the
-faults, the reports that stream, and somewhere to wait.  uhid.py and usb.py complete it.
+The model's row names the state machine of the reports (`Pendant`, independent of the bus) and the
+decoder of frames.  `VirtualPendant` adds what all buses require: a record of received requests,
+faults, streamed reports, and waiting.  uhid.py and usb.py derive from it.
 """
 
 import errno
@@ -19,11 +19,11 @@ from .wire import CHUNK_SIZE, FEATURE_ID
 __all__ = ['Fault', 'NoDevice', 'Pendant', 'SLEEP_REPORT', 'SetReport', 'VirtualPendant']
 
 FEATURE_WVALUE = 0x0300 | FEATURE_ID
-HISTORY = 8192              # feature reports and frames that are remembered
+HISTORY = 8192              # number of recorded feature reports and frames
 
 
 class NoDevice(OSError):
-    """This kernel lacks what the pendant would be plugged into, or we may not use it."""
+    """The kernel lacks the interface for the virtual pendant, or permission is denied."""
 
 
 class SetReport:
@@ -36,7 +36,7 @@ class SetReport:
         self.wvalue = wvalue
         self.windex = windex
         self.data = bytes(data)
-        self.status = 0             # what the host got: 0, or a negative errno
+        self.status = 0             # answer to the host: 0, or a negative errno
 
     def __repr__(self):
         return 'SetReport(wvalue=%#06x, windex=%d, data=%s, status=%d)' % (
@@ -44,12 +44,12 @@ class SetReport:
 
 
 class Fault:
-    """What happens to a SET_REPORT request: "none", or KIND or KIND:ARGUMENT as below.
+    """Fault of a SET_REPORT request: "none", or KIND or KIND:ARGUMENT as below.
 
     stall       refused (-EPIPE on USB, -EIO over uhid)
     timeout     never answered
     slow:MS     answered after MS milliseconds
-    unplug      the cable is cut instead of an answer
+    unplug      unplugged instead of answered
     """
 
     KINDS = ('none', 'stall', 'timeout', 'slow', 'unplug')
@@ -59,11 +59,11 @@ class Fault:
         if self.kind not in self.KINDS or bool(argument) != (self.kind == 'slow'):
             raise ValueError('unknown fault: %s' % text)
         self.seconds = int(argument) / 1000 if argument else 0.0
-        self.skip = skip            # this many requests go well first
-        self.count = count          # then this many are hit; None: all
+        self.skip = skip            # number of requests before the first fault
+        self.count = count          # number of requests with the fault; None: all
 
     def strike(self):
-        """-> the kind to apply to the request at hand"""
+        """-> the kind to apply to the current request"""
         if self.kind == 'none' or self.count == 0:
             return 'none'
         if self.skip > 0:
@@ -75,17 +75,16 @@ class Fault:
 
 
 class VirtualPendant:
-    """A pendant with a memory of what the host sent to it.  Subclasses bring the bus:
+    """A pendant that records all requests of the host.  Subclasses implement the bus:
     plug(), unplug(), report(data), and the calls of set_report().
 
     lcd           the last Picture, None before the first frame
     seen          the Picture that the LCD shows, which is not always the last one
-    streams       False: no reports that stream, which is kinder than hardware
-    radio         False: out of range.  The receiver answers the host; reports get lost, and so do
-                  frames
-    set_reports   every SetReport, oldest first
-    frames        (time, frame) of every whole frame
-    on_frame      called with each new Picture, in the bus's thread
+    streams       False: no streamed reports, which is easier for a driver than hardware
+    radio         False: out of range.  The receiver answers the host; reports and frames are lost
+    set_reports   all SetReports, oldest first
+    frames        (time, frame) of all complete frames
+    on_frame      called with each new Picture, in the thread of the bus
     """
 
     def __init__(self, model='HB04', report_descriptor=None):
@@ -105,7 +104,7 @@ class VirtualPendant:
         self.streams = True
         self.radio = True
         self._fault = Fault()
-        self._heard = None          # the last Picture that got as far as the LCD
+        self._heard = None          # the last Picture that reached the LCD
         self._marks = ()            # what the LCD shows of the pendant's own state
         self._moving = threading.RLock()    # reports leave in the order in which they were made
         self._streamer = None
@@ -121,15 +120,15 @@ class VirtualPendant:
         self._fault = Fault(text or 'none')
 
     def set_fault(self, text, skip=0, count=None):
-        """Let `skip` SET_REPORT requests pass, then hit `count` of them (None: all)."""
+        """Skip `skip` SET_REPORT requests, then apply the fault to `count` (None: all)."""
         self._fault = Fault(text, skip, count)
 
-    # --- what the host sends --------------------------------------------------------------
+    # --- requests of the host -------------------------------------------------------------
 
     def set_report(self, wvalue, windex, data):
-        """For the bus: records a request and says what to do with it.
+        """For the bus: records a request and returns how to answer it.
 
-        -> (kind, seconds): kind of Fault, and how long to hold the answer back
+        -> (kind, seconds): kind of Fault, and the delay of the answer
         """
         request = SetReport(wvalue, windex, data)
         picture = None
@@ -167,7 +166,7 @@ class VirtualPendant:
         return self.lcd
 
     def forget(self):
-        """What a reset may do to it: no day, nothing on the LCD, no half frame."""
+        """Possible effect of a reset: no day, an empty LCD, no incomplete frame."""
         with self.changed:
             self.pendant.forget()
             self.lcd = self.seen = self._heard = None
@@ -185,7 +184,7 @@ class VirtualPendant:
         raise NotImplementedError
 
     def pending(self):
-        """How many input reports the host has not fetched yet, as far as is known."""
+        """Number of input reports that the host has not fetched yet, if known."""
         return 0
 
     # --- hands ----------------------------------------------------------------------------
@@ -200,7 +199,7 @@ class VirtualPendant:
         self._move(self.pendant.select, code)
 
     def turn_feed(self, code):
-        """Turns the second rotary; not on a model without one."""
+        """Turns the second rotary switch; only for models that have one."""
         self._move(self.pendant.turn_feed, code)
 
     def turn(self, detents):
@@ -230,10 +229,10 @@ class VirtualPendant:
             self._refresh()
             self.changed.notify_all()
 
-    # --- what goes on without hands -------------------------------------------------------
+    # --- streamed reports -----------------------------------------------------------------
 
     def power_on(self):
-        """For the bus, before the host sees the pendant."""
+        """For the bus, before the host detects the pendant."""
         with self.changed:
             if self.pendant.power_on():
                 self._heard = self.seen = None
@@ -249,7 +248,7 @@ class VirtualPendant:
                 raise OSError(errno.ENOMEM, str(error)) from None
 
     def _stream(self):
-        """Sends the reports that stream, until the pendant is unplugged."""
+        """Streams reports until the pendant is unplugged."""
         def ended():
             return not self.plugged or self._streamer is not threading.current_thread()
 
@@ -274,12 +273,12 @@ class VirtualPendant:
     # --- waiting --------------------------------------------------------------------------
 
     def wait_for(self, predicate, timeout=5.0):
-        """Waits until predicate() holds, looked at after each request; -> its last value"""
+        """Waits until predicate() is true, checked after each request; -> its last value"""
         with self.changed:
             return self.changed.wait_for(predicate, timeout)
 
     def wait_frames(self, count, timeout=5.0):
-        """Waits until `count` frames have come since the device was made."""
+        """Waits until `count` frames have been received since creation."""
         return self.wait_for(lambda: self.frame_count >= count, timeout)
 
     def screen(self):

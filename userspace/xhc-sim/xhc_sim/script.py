@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Script mode: one command a line, checked as a whole before the first one runs."""
+"""Script mode: one command per line, checked as a whole before the first one runs."""
 
 import time
 
@@ -10,21 +10,21 @@ from .whb04b import LEAD, LEAD_ON_OTHERS
 
 # The table that --help prints and that the manual page describes.
 COMMANDS = (
-    ('key NAME|CODE down|up|press', 'hold a key, let it go, or both (keycap, Fn+keycap, or 0x17)'),
+    ('key NAME|CODE down|up|press', 'hold a key, release it, or both (label, Fn+label, or 0x17)'),
     ('select POSITION|CODE', 'turn the selector: off x y z a b c feed spindle speed, or 0x11'),
     ('feed POSITION|CODE', 'turn the second rotary: 2% 5% 10% 30% 60% 100% lead, or 0x0d'),
-    ('lead CODE', 'the code that this unit has for Lead: 0x1c or 0x9b'),
+    ('lead CODE', 'set the code that this unit has for Lead: 0x1c or 0x9b'),
     ('wheel COUNT', 'turn the wheel by COUNT detents in one report, -128..127'),
-    ('sleep, wake', 'let the pendant fall asleep, wake it'),
-    ('radio off|on', 'carry the pendant out of range and back: neither end hears the other'),
-    ('report HEX', 'send these bytes as an input report, whatever they are'),
-    ('wait MS|forever', 'do nothing for a while'),
+    ('sleep, wake', 'fall asleep, wake'),
+    ('radio off|on', 'move the pendant out of range or back: reports and frames are lost'),
+    ('report HEX', 'send these bytes, unchecked, as an input report'),
+    ('wait MS|forever', 'wait'),
     ('lcd', 'print what the LCD shows'),
-    ('expect FIELD VALUE', 'fail unless the field has the value before the time-out'),
-    ('unplug, plug', 'pull the cable, put it back'),
-    ('fault KIND [SKIP [COUNT]]', 'none stall timeout slow:MS unplug: what display requests meet'),
+    ('expect FIELD VALUE', 'wait for the value of the field, fail after the timeout'),
+    ('unplug, plug', 'unplug the cable, plug it in'),
+    ('fault KIND [SKIP [COUNT]]', 'fault of display requests: none stall timeout slow:MS unplug'),
     ('echo TEXT', 'print a line'),
-    ('quit', 'end here, successfully'),
+    ('quit', 'end the script with success'),
 )
 
 PRESS_TIME = 0.02           # seconds between down and up of a "press"
@@ -35,7 +35,7 @@ GROUPS = {picture.GROUP: picture.POSITIONS for picture in PICTURES}     # positi
 
 
 def expect_fields(model):
-    """What can be expected of a model."""
+    """The fields of a model."""
     return model.picture.FIELDS + PENDANT_FIELDS + (('feed',) if model.feed else ())
 
 
@@ -44,11 +44,11 @@ EXPECT_FIELDS = tuple(dict.fromkeys(
 
 
 class ScriptError(Exception):
-    """The script cannot be understood."""
+    """The script is invalid."""
 
 
 class Failure(Exception):
-    """The script was understood, and something in it failed."""
+    """A command of a valid script failed."""
 
 
 class Runner:
@@ -186,7 +186,7 @@ class Runner:
             raise ValueError('fault KIND [SKIP [COUNT]]')
         numbers = [int(word) for word in arguments[1:]]
         if any(number < 0 for number in numbers):
-            raise ValueError('SKIP and COUNT are not negative')
+            raise ValueError('SKIP and COUNT must not be negative')
         Fault(arguments[0])                     # ValueError for an unknown kind
         return lambda: self.device.set_fault(arguments[0], *numbers)
 
@@ -198,11 +198,11 @@ class Runner:
             return lambda: self._wait(float('inf'))
         milliseconds = int(arguments[0])
         if milliseconds < 0:
-            raise ValueError('wait: a time is not negative')
+            raise ValueError('wait: the time must not be negative')
         return lambda: self._wait(milliseconds / 1000)
 
     def _wait(self, seconds):
-        """Waits; a pendant that nobody touches falls asleep meanwhile."""
+        """Waits; a pendant that is not operated falls asleep meanwhile."""
         end = time.monotonic() + seconds
         while True:
             left = end - time.monotonic()
@@ -276,4 +276,4 @@ class Runner:
 
 def _count(arguments, wanted):
     if len(arguments) != wanted:
-        raise ValueError('%d arguments wanted, not %d' % (wanted, len(arguments)))
+        raise ValueError('%d arguments required, not %d' % (wanted, len(arguments)))

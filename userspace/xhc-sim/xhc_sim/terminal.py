@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Interactive mode: an 80x24 terminal shows the pendant, its keys work it."""
+"""Interactive mode: an 80x24 terminal shows the pendant, and its keys operate it."""
 
 import os
 import select
@@ -15,7 +15,7 @@ LETTERS = 'abcdefghijklmnoprtvwxyz'         # without s, u and q, which are comm
 FAULTS = ('none', 'stall', 'timeout')
 WIDTH, HEIGHT = 80, 24
 
-# What a terminal sends -> (what, how much)
+# Input of the terminal -> (action, amount)
 KEYS = {
     '\x1b[C': ('wheel', 1), '\x1b[D': ('wheel', -1),
     '\x1bOC': ('wheel', 1), '\x1bOD': ('wheel', -1),
@@ -71,23 +71,23 @@ class Terminal:
             self._safely(self.passing)
 
     def _pause(self):
-        """Seconds until something has to be done without a key."""
+        """Seconds until the next action without a key."""
         if not self.releases:
             return REFRESH
         return max(0.0, min(REFRESH, self.releases[0][0] - time.monotonic()))
 
     def _safely(self, call, *arguments):
-        """A pendant that is gone is worth a message, no more; -> False to end"""
+        """A removed pendant is reported, not fatal; -> False to end"""
         try:
             return call(*arguments) is not False
         except OSError as error:
             self.message = str(error)
             return True
 
-    # --- what happens ---------------------------------------------------------------------
+    # --- actions --------------------------------------------------------------------------
 
     def key(self, key):
-        """Does what a key of the terminal means; False for quit."""
+        """Performs the action of a terminal key; False for quit."""
         self.message = ''
         device = self.device
         what, amount = KEYS.get(key, (None, 0))
@@ -139,7 +139,7 @@ class Terminal:
                 self.releases.append((time.monotonic() + CLICK, code))
 
     def passing(self):
-        """What time brings: keys released, sleep."""
+        """Timed actions: keys are released, the pendant falls asleep."""
         now = time.monotonic()
         while self.releases and self.releases[0][0] <= now:
             _, code = self.releases.pop(0)
@@ -182,7 +182,7 @@ class Terminal:
         return [''.join(cells[row::rows]) for row in range(rows)]
 
     def _whereabouts(self):
-        """Who drives the pendant; looked up once a second."""
+        """The driver of the pendant; looked up once per second."""
         if not self.device.plugged:
             return 'unplugged'
         now = time.monotonic()
@@ -198,12 +198,12 @@ class Terminal:
 
 
 def positions(rotary, here):
-    """The positions of a rotary switch; the one where it is in brackets."""
+    """The positions of a rotary switch; the current one in brackets."""
     return ' '.join(('[%s]' if code == here else ' %s ') % name for name, code in rotary.items())
 
 
 def next_code(rotary, here, step):
-    """The code of a rotary switch that is turned, up to its ends."""
+    """The code of a rotary switch after a turn, limited to its ends."""
     codes = list(rotary.values())
     index = codes.index(here) if here in codes else 0
     return codes[max(0, min(len(codes) - 1, index + step))]
@@ -219,7 +219,7 @@ def whereabouts(phys):
 
 
 def split_keys(typed):
-    """Splits what was read into characters and escape sequences."""
+    """Splits input into characters and escape sequences."""
     keys = []
     while typed:
         known = next((seq for seq in KEYS if len(seq) > 1 and typed.startswith(seq)), typed[0])

@@ -36,8 +36,8 @@ WVALUE_TYPE = {0: 0x0300, 1: 0x0200, 2: 0x0100}
 class UhidPendant(VirtualPendant):
     """The pendant as a uhid device.
 
-    events    names of what uhid said: start, stop, open, close, set_report, ...
-    opened    the driver listens for reports (between open and close)
+    events    names of the events of uhid: start, stop, open, close, set_report, ...
+    opened    the driver receives reports (between open and close)
     """
 
     _serial = 0
@@ -57,7 +57,7 @@ class UhidPendant(VirtualPendant):
     # --- cable ----------------------------------------------------------------------------
 
     def create_event(self):
-        """The UHID_CREATE2 message that makes this device."""
+        """The UHID_CREATE2 message that creates this device."""
         return CREATE2_EVENT.pack(
             CREATE2, MANUFACTURER.encode(), self.phys.encode(), b'', len(self.report_descriptor),
             BUS_USB, VENDOR, self.product, 0x0100, 0, self.report_descriptor)
@@ -91,7 +91,7 @@ class UhidPendant(VirtualPendant):
         self.start_stream()
 
     def unplug(self):
-        """The device goes, whatever it was doing."""
+        """Removes the device, at any time."""
         with self._lock:
             if not self.plugged:
                 return
@@ -100,12 +100,12 @@ class UhidPendant(VirtualPendant):
             try:
                 os.write(self._fd, struct.pack('<I', DESTROY))
             except OSError:
-                pass                    # never came to life
+                pass                    # was not created completely
         if threading.current_thread() is not self._reader:
             self._reader.join()
 
     def crash(self):
-        """As if the program that made the device had died: the file is just closed."""
+        """As if the program that created the device had died: only closes the file."""
         with self._lock:
             if not self.plugged:
                 return
@@ -116,7 +116,7 @@ class UhidPendant(VirtualPendant):
 
     detach = unplug
 
-    # --- towards the host -----------------------------------------------------------------
+    # --- to the host ----------------------------------------------------------------------
 
     def report(self, data):
         """Sends one input report, of any length."""
@@ -146,7 +146,7 @@ class UhidPendant(VirtualPendant):
                 break
             self._event(event)
         with self._lock:
-            if self._fd == fd:          # else it has been plugged again meanwhile
+            if self._fd == fd:          # else it has been plugged in again
                 self.plugged = False
                 self.opened = False
         os.close(wake)

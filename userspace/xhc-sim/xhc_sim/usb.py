@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """The pendant on USB, without hardware: vhci_hcd fed over a socket pair.
 
-The kernel's usbip virtual host controller takes a connected stream socket and speaks the USB/IP
-protocol on it.  An AF_UNIX pair will do: no network, no usbip tools, no gadget driver.  The host
-side is the real one, from enumeration through usbhid.  Needs root and the module vhci-hcd.
+The kernel's usbip virtual host controller uses a connected stream socket for the USB/IP protocol.
+An AF_UNIX pair is sufficient: no network, no usbip tools, no gadget driver.  The host side is the
+real one, from enumeration through usbhid.  Requires root and the module vhci-hcd.
 
     pendant = UsbPendant('HB04')
     pendant.plug()                        # enumeration runs in the background
@@ -11,7 +11,7 @@ side is the real one, from enumeration through usbhid.  Needs root and the modul
     pendant.wait_frames(1)
     pendant.set_reports[0].wvalue         # 0x0306
     pendant.fault = 'stall'
-    pendant.unplug()                      # the cable is cut; detach() is the polite way
+    pendant.unplug()                      # unplugs without notice; detach() is orderly
 """
 
 import errno
@@ -45,15 +45,15 @@ def usb_string(text):
 
 
 class UsbDevice(VirtualPendant):
-    """Descriptors and control requests of the pendant, for whatever carries them.
+    """Descriptors and control requests of the pendant, independent of the transport.
 
-    `descriptors` may be changed before plug(), to see what a host makes of it:
-    'device', 'config', 'hid', 'report', and 'strings' (a dict by index).  None: stalled.
+    `descriptors` may be changed before plug(), to test the host: 'device', 'config', 'hid',
+    'report', and 'strings' (a dict by index).  None: stalled.
     """
 
     def __init__(self, model='HB04', report_descriptor=None):
         super().__init__(model, report_descriptor)
-        self.requests = []                  # every control request's eight setup bytes
+        self.requests = []                  # the eight setup bytes of all control requests
         self.interface = 0                  # number of the HID interface in `descriptors`
         report = self.report_descriptor
         hid = struct.pack('<BBHBBBH', 9, 0x21, 0x0110, 0, 1, 0x22, len(report))
@@ -85,7 +85,7 @@ class UsbDevice(VirtualPendant):
         if kind & 0x60 == 0 and not kind & 0x80:
             # clear and set feature, configuration, interface
             if request == 9:
-                self.forget()           # the host configures a device anew that it has reset
+                self.forget()           # the host configures a device again after a reset
             return b'' if request in (1, 3, 9, 11) else None
         if kind & 0xE0 == 0x80:
             # get status, configuration, interface
@@ -111,7 +111,7 @@ class UsbDevice(VirtualPendant):
 
 
 class UsbPendant(UsbDevice):
-    """The pendant in a port of vhci_hcd."""
+    """The pendant at a port of vhci_hcd."""
 
     def __init__(self, model='HB04', report_descriptor=None):
         super().__init__(model, report_descriptor)
@@ -120,11 +120,11 @@ class UsbPendant(UsbDevice):
         self._socket = None
         self._lock = threading.Lock()       # the socket's write side, _waiting and _queue
         self._waiting = {}                  # seqnum -> (endpoint, length) of URBs not answered
-        self._queue = []                    # input reports that no URB has asked for yet
+        self._queue = []                    # input reports without a URB yet
 
     @property
     def phys(self):
-        """What the HID device has as HID_PHYS."""
+        """The HID_PHYS of the HID device."""
         return 'usb-vhci_hcd.0-%d/input%d' % (self.port + 1, self.interface)
 
     # --- cable ----------------------------------------------------------------------------
@@ -157,7 +157,7 @@ class UsbPendant(UsbDevice):
                     with open(VHCI + '/attach', 'w', encoding='ascii') as attach:
                         attach.write(order)
                     return port
-                except OSError as error:        # another process was quicker
+                except OSError as error:        # used by another process meanwhile
                     if error.errno not in (errno.EBUSY, errno.EAGAIN):
                         raise
             if time.monotonic() >= deadline:
@@ -165,7 +165,7 @@ class UsbPendant(UsbDevice):
             time.sleep(0.02)
 
     def unplug(self):
-        """The cable is cut: the kernel notices that nobody answers any more."""
+        """Unplugs without notice: the kernel finds that the socket is closed."""
         with self._lock:
             self._hang_up()
 
@@ -175,11 +175,11 @@ class UsbPendant(UsbDevice):
             try:
                 self._socket.shutdown(socket.SHUT_RDWR)
             except OSError:
-                pass                            # the kernel was quicker
+                pass                            # closed by the kernel meanwhile
             self._socket = None
 
     def detach(self):
-        """The orderly end: the host controller is told to drop the port."""
+        """Unplugs in order: the host controller is requested to drop the port."""
         if self.plugged:
             with open(VHCI + '/detach', 'w', encoding='ascii') as detach:
                 detach.write(str(self.port))
@@ -188,7 +188,7 @@ class UsbPendant(UsbDevice):
     # --- interrupt endpoint ---------------------------------------------------------------
 
     def report(self, data):
-        """Sends one input report: at once if the host asks, else when it does."""
+        """Sends one input report, as soon as the host polls for it."""
         with self._lock:
             for seqnum, (endpoint, length) in self._waiting.items():
                 if endpoint == ENDPOINT_IN & 0x0F:
@@ -198,7 +198,7 @@ class UsbPendant(UsbDevice):
             self._queue.append(bytes(data))
 
     def pending(self):
-        """How many input reports the host has not fetched yet."""
+        """Number of input reports that the host has not fetched yet."""
         with self._lock:
             return len(self._queue)
 
@@ -286,7 +286,7 @@ class UsbPendant(UsbDevice):
             try:
                 self._socket.sendall(data)
             except OSError:
-                pass                            # unplugged; _serve() sees it too
+                pass                            # unplugged; _serve() detects it, too
 
 
 def _read(sock, size):
@@ -300,7 +300,7 @@ def _read(sock, size):
 
 
 def _free_ports():
-    """Ports of the high-speed hub (the full-speed one too) that nothing is plugged into."""
+    """Unused ports of the high-speed hub, which also serves full speed."""
     with open(VHCI + '/status', encoding='ascii') as status:
         for line in status.readlines()[1:]:
             field = line.split()

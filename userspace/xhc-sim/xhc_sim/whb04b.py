@@ -1,37 +1,38 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The WHB04B-4 and -6: what its reports, its display frame and its LCD have in another way.
+"""Reports, display frame and LCD of the WHB04B-4 and -6.
 
 Input report, 8 bytes:
 
     04 | r 1 | first key 1 | second key 1 | feed 1 | axis 1 | wheel 1 | check 1
 
-r changes from report to report; feed is the second rotary, axis the first one.  check is made of r,
-the first key and byte 2 of the last display frame, the seed.
+r changes with each report; feed is the second rotary switch, axis the first one.  check is computed
+from r, the first key and byte 2 of the last display frame, the seed.
 
 Display frame, 21 bytes (all numbers little-endian):
 
     FE FD | seed 1 | flags 1 | three rows: integer 2, fraction 2 | feed override 2 |
     spindle override 2 | 00
 
-A row is as a coordinate of the HB04.  Flags: bits 0..1 mode, bit 6 RESET, bit 7 work coordinates.
+A row has the format of an HB04 coordinate.  Flags: bits 0..1 mode, bit 6 RESET, bit 7 work
+coordinates.
 """
 
 from . import hands, lcd
 from .wire import INPUT_ID
 
 OFF, X, C = 0x06, 0x11, 0x16            # codes of the axis rotary
-LEAD, LEAD_ON_OTHERS = 0x1C, 0x9B       # codes of the second rotary: units have one or the other
-SEED = 0xFE                             # other seeds are not proven
+LEAD, LEAD_ON_OTHERS = 0x1C, 0x9B       # codes of the second rotary; a unit has one of them
+SEED = 0xFE                             # other seeds are not verified
 SEED_AT_POWER_ON = 0x01
-# How often a unit sends while an axis is chosen is not known; the endpoint has room every 2 ms.
+# The interval of reports while an axis is selected is not known; the endpoint is polled every 2 ms.
 STREAM_PERIOD = 0.01
 
 MODES = ('continuous', 'step', 'mpg', 'percent')
 RESET, WORK, UNKNOWN_FLAGS = 0x40, 0x80, 0x3C
 ROWS = ('row1', 'row2', 'row3')
 NUMBERS = ('feedrate_override', 'spindle_override')
-# What the second rotary means in the mode "step". Which units have 5.0 and 10.0 is not known in
-# full (those named -B have).
+# Meaning of the second rotary in the mode "step". It is not fully known which units have 5.0 and
+# 10.0 (those named -B have).
 STEPS = {0x0D: '0.001', 0x0E: '0.01', 0x0F: '0.1', 0x10: '1.0', 0x1A: '5.0', 0x1B: '10.0'}
 
 
@@ -45,10 +46,10 @@ class Pendant(hands.Pendant):
 
     random        r of the next report
     lead          the code that this unit has for Lead
-    check_error   what the check byte is wrong by (XOR): 0, but for tests
-    trailing      the report that follows the one of sleep: 'empty', which has nothing but r and the
-                  check byte, or 'positions', which has the rotaries as they are. Real units send
-                  one, and it has no meaning; what it holds is not known.
+    check_error   XORed into the check byte: 0 except in tests
+    trailing      the report after that of sleep: 'empty', with only r and the check byte, or
+                  'positions', with the positions of the rotary switches. Real units send one; it
+                  has no meaning, and its contents are not known.
     """
 
     def __init__(self, model):
@@ -89,13 +90,13 @@ class Pendant(hands.Pendant):
         return [self._report(0, 0)]
 
     def receive(self, picture):
-        """Whether the unit or its receiver makes the check byte is not known: here a frame counts
-        even if the unit sleeps."""
+        """It is not known whether the unit or its receiver computes the check byte: here the seed
+        is used even if the unit sleeps."""
         self.seed = picture.seed
 
     def power_on(self):
-        """A wired unit has been without power, and so has the receiver of a wireless one; what the
-        LCD of a wireless one shows then is not known."""
+        """A wired unit, or the receiver of a wireless unit, was without power; it is not known what
+        the LCD of a wireless unit shows then."""
         self.seed = SEED_AT_POWER_ON
         return True
 
@@ -106,11 +107,11 @@ class Pendant(hands.Pendant):
         return self.awake and X <= self.selector <= C
 
     def hears(self):
-        """A wireless unit misses what is sent while it sleeps."""
+        """A wireless unit loses frames while it sleeps."""
         return self.awake
 
     def refreshes(self):
-        """The LCD stands still while the axis rotary is off."""
+        """The LCD is not updated while the axis rotary is off."""
         return self.awake and self.selector != OFF
 
     def marks(self):
@@ -118,7 +119,7 @@ class Pendant(hands.Pendant):
 
 
 class Picture(lcd.Picture):
-    """What one frame puts on the LCD."""
+    """The contents of the LCD after one frame."""
 
     POSITIONS, GROUP = ROWS, 'rows'
     FIELDS = ROWS + NUMBERS + ('rows', 'mode', 'coordinates', 'reset', 'flags', 'seed', 'faults')
@@ -154,8 +155,8 @@ class Picture(lcd.Picture):
     def lines(self, awake=True, selector='x', feed=0x0D):
         """The LCD as eight lines of text.
 
-        The radio carries one of the two overrides only, and which one is not known: both are shown
-        here, and one of them may be an old one on a real unit.
+        The radio transmits only one of the two overrides, and it is not known which: both are shown
+        here, and one of them may be outdated on a real unit.
         """
         rows = ['%-12s %12s %16s' % (self.mode.upper(), self._feed_text(feed),
                                      'RESET' if self.reset else ''), '']
@@ -175,5 +176,5 @@ class Picture(lcd.Picture):
 
 
 def blank(model, awake=True):
-    """The LCD after power-on; what is in the rows then is not known."""
+    """The LCD after power-on; the contents of the rows are not known."""
     return lcd.box(model, awake, 'no frame yet', ['%42s' % 'RESET'] + [''] * 5)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""What all models have in common on the wire."""
+"""Constants of the wire format common to all models."""
 
 VENDOR = 0x10CE
 MANUFACTURER = 'KTURT.LTD'
