@@ -217,7 +217,7 @@ class TestPty(Case):
     def test_hangup_in_a_stream(self):
         slave = self.open()
         threading.Timer(0.1, os.close, [slave]).start()
-        with pytest.raises(line.LineError, match='gone in the middle'):
+        with pytest.raises(line.LineError, match='disconnected during the stream'):
             self.simulator.stream(packets=10_000_000, timeout=LIMIT)
         assert self.head.counts()['unsent'] > 0
         assert self.head.counts()['unheard_packets'] < 100     # it stopped at once
@@ -303,7 +303,7 @@ class TestSockets(Case):
             reader = Listener(peer.fileno(), one.counts()['bytes'])
             sim.flush(LIMIT)
             self.counts_match(one, reader.wait()[1])
-        with pytest.raises(line.LineError, match='gone'):
+        with pytest.raises(line.LineError, match='disconnected'):
             sim.run(timeout=LIMIT)
 
     def test_nobody_to_connect_to(self):
@@ -410,7 +410,7 @@ class TestFiles(Case):
         sim.head.report('vendor')
         assert os.read(reader, 100) == wire.vendor('Virtual')
         os.close(reader)
-        with pytest.raises(line.LineError, match='gone'):
+        with pytest.raises(line.LineError, match='disconnected'):
             sim.run(timeout=LIMIT)
 
     def test_tty(self):

@@ -153,7 +153,7 @@ class TestScripts(Case):
             self.run_text('wait closed')
 
     def test_a_stream_that_nobody_takes(self):
-        with pytest.raises(Failure, match='bytes 1000000: the other end does not take it'):
+        with pytest.raises(Failure, match='bytes 1000000: the other end does not read'):
             self.run_text('bytes 1000000')
 
     def test_comments_and_quit(self):
@@ -252,7 +252,7 @@ class TestCommandLine(Case):
         script = self.script('echo hello', 'jump')
         status, out, err = self.call('-o', '/dev/null', '-s', script)
         assert (status, out) == (2, '')
-        assert err == 'xy3-head-sim: %s:2: no command "jump"\n' % script
+        assert err == 'xy3-head-sim: %s:2: unknown command "jump"\n' % script
 
     def test_a_script_that_fails(self):
         script = self.script('wait closed', 'echo no')
@@ -357,7 +357,7 @@ class TestProgram(Case):
         process = self.start('-s', '-', '-o', '/dev/null')
         out, err = process.communicate(b'echo hello\njump\necho no\n', LIMIT)
         assert (process.returncode, out, err) == (
-            2, b'ready /dev/null\nhello\n', b'xy3-head-sim: stdin:2: no command "jump"\n')
+            2, b'ready /dev/null\nhello\n', b'xy3-head-sim: stdin:2: unknown command "jump"\n')
 
     def test_last_line_without_newline(self):
         process = self.start('-s', '-', '-o', '/dev/null')
@@ -393,7 +393,7 @@ class TestProgram(Case):
             self.tell(server, 'quit')
             assert server.wait(LIMIT) == 0
             assert client.wait(LIMIT) == 1
-            assert b'the other end has gone' in client.stderr.read()
+            assert b'the other end has disconnected' in client.stderr.read()
 
 
 class TestManual(Case):

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""xy3-head-sim: a simulated XY3-100 compatible scanhead, its backchannel side.
+"""xy3-head-sim: the simulated backchannel of an XY3-100 compatible scanhead.
 
 wire      the format: tables, packets, and a decoder
-faults    what can go wrong between the head and the host
-head      what the head knows, what it sends and when, and the counts
+faults    transmission faults between the head and the host
+head      the state of the head, its packets and their schedule, and the counts
 line      pseudo terminal, socket, file
 script    commands, one per line
 """

@@ -13,8 +13,8 @@ from .script import COMMANDS, Failure, Runner, ScriptError
 from .simulator import Simulator, Timeout
 
 OK, FAILED, USAGE = 0, 1, 2
-SCHEMA = 1                  # of the JSON objects; grows when a member changes or goes
-LAST_WORDS = 5.0            # seconds that the other end has to take the rest
+SCHEMA = 1                  # of JSON objects; incremented when a member is changed or removed
+LAST_WORDS = 5.0            # seconds for the other end to read the remaining data
 
 EPILOG = """script commands:
 %s
@@ -26,32 +26,32 @@ components: %s
 axes: %s
 errors: %s, or a number
 
-# begins a comment. A file is checked as a whole before its first command runs, standard
+# starts a comment. A file is checked as a whole before its first command runs, standard
 input line by line.
 
-exit status: 0 success, 1 something failed, 2 wrong usage or script
+exit status: 0 success, 1 failure, 2 invalid usage or script
 """
 
 
 class Wrong(Exception):
-    """Wrong usage, found after the options were read."""
+    """Invalid usage, found after the options were parsed."""
 
 
 def number(least, whole=False):
-    """A type for argparse: a finite number that is not less."""
+    """A type for argparse: a finite number, at least least."""
     def read(text):
         value = int(text) if whole else float(text)
         if not math.isfinite(value) or value < least:
             raise ValueError
         return value
-    read.__name__ = 'number'                # argparse names it in its complaint
+    read.__name__ = 'number'                # argparse prints it in its message
     return read
 
 
 def fault(text):
     kind, _, how = text.partition('=')
     if kind not in faults.KINDS:
-        raise argparse.ArgumentTypeError('no fault "%s"' % kind)
+        raise argparse.ArgumentTypeError('unknown fault "%s"' % kind)
     try:
         faults.parse_how(how)
     except ValueError as error:
@@ -84,58 +84,58 @@ def make_parser():
     parser = argparse.ArgumentParser(
         prog='xy3-head-sim', formatter_class=argparse.RawDescriptionHelpFormatter,
         usage='%(prog)s [options]', allow_abbrev=False,
-        description='A simulated XY3-100 compatible scanhead: the backchannel on a pseudo\n'
+        description='Simulate the backchannel of an XY3-100 compatible scanhead on a pseudo\n'
                     'terminal, a socket, or a file.',
         epilog=EPILOG % (commands, kinds, ' '.join(wire.COMPONENTS), ' '.join(wire.AXES),
                          ' '.join(wire.ERROR_NAMES)))
     where = parser.add_mutually_exclusive_group()
     where.add_argument('-p', '--pty', action='store_true',
-                       help='make a pseudo terminal and print its name (default)')
+                       help='create a pseudo terminal and print its name (default)')
     where.add_argument('-c', '--connect', type=address, metavar='ADDRESS',
                        help='connect to unix:PATH, tcp:PORT or tcp:HOST:PORT of this machine')
     where.add_argument('-l', '--listen', type=address, metavar='ADDRESS',
-                       help='listen there, for one other end at a time')
+                       help='listen at ADDRESS, for one connection at a time')
     where.add_argument('-o', '--output', metavar='FILE', help='write to a file, FIFO or tty')
     parser.add_argument('-L', '--link', metavar='PATH',
-                        help='make a symbolic link to the pseudo terminal')
+                        help='create a symbolic link to the pseudo terminal')
     parser.add_argument('-w', '--wait', type=number(0), default=5.0, metavar='SECONDS',
-                        help='how long --connect tries (default 5)')
+                        help='time for which --connect retries (default 5)')
     parser.add_argument('-P', '--pace', action='store_true',
-                        help="send no faster than the head's rate allows")
+                        help='send no faster than the rate of the head')
     parser.add_argument('-r', '--rate', type=int, choices=wire.RATES, default=wire.DEFAULT_RATE,
-                        metavar='BITS', help="the head's rate (default 115200)")
+                        metavar='BITS', help='rate of the head (default 115200)')
     for name in head.TEXTS:
         parser.add_argument('--' + name, type=identity(name), metavar='TEXT',
-                            help='what it reports as its %s, empty for nothing' % name)
+                            help='%s of the head, not reported if empty' % name)
     parser.add_argument('--order', choices=('little', 'big'), default='little',
-                        help='its byte order (default little)')
+                        help='byte order of numbers (default little)')
     parser.add_argument('-i', '--interval', type=number(0), default=1.0, metavar='SECONDS',
-                        help='time between rounds of telemetry (default 1), 0 for none')
+                        help='time between rounds of telemetry (default 1), 0 to disable')
     parser.add_argument('-y', '--sync-interval', type=number(0), default=0.1, metavar='SECONDS',
-                        help='time between sync packets (default 0.1), 0 for none')
+                        help='time between sync packets (default 0.1), 0 to disable')
     parser.add_argument('-f', '--fault', type=fault, action='append', default=[],
-                        metavar='KIND=HOW', help='switch on a fault: once, always, N or 1/N')
+                        metavar='KIND=HOW', help='enable a fault: once, always, N or 1/N')
     parser.add_argument('--seed', type=int, default=0, metavar='N',
-                        help='the same seed gives the same faults (default 0)')
+                        help='seed of random faults (default 0)')
     traffic = parser.add_mutually_exclusive_group()
     traffic.add_argument('-n', '--stream', type=number(1, whole=True), metavar='N',
-                         help='send N packets as fast as they are taken, print the counts')
+                         help='send N packets as fast as possible, print the counts')
     traffic.add_argument('-b', '--bytes', type=number(1, whole=True), metavar='N',
-                         help='the same until N bytes are reached, in whole packets')
+                         help='the same until N bytes are reached, in complete packets')
     traffic.add_argument('-s', '--script', metavar='FILE',
                          help='run commands from FILE, or from standard input if it is -')
     parser.add_argument('-x', '--exit', action='store_true',
-                        help='leave after --stream or --bytes, not when the other end does')
+                        help='exit after --stream or --bytes without waiting for the other end')
     parser.add_argument('-t', '--timeout', type=number(0), metavar='SECONDS',
-                        help='how long streams and "wait" may take (default: no limit)')
+                        help='timeout of streams and "wait" (default: none)')
     parser.add_argument('-j', '--json', action='store_true',
-                        help='print everything as lines of JSON')
+                        help='print all output as lines of JSON')
     parser.add_argument('-V', '--version', action='version', version='xy3-head-sim ' + VERSION)
     return parser
 
 
 class Output:
-    """Prints what happens, in words or in JSON."""
+    """Prints events as text or JSON."""
 
     def __init__(self, as_json):
         self.as_json = as_json
@@ -186,9 +186,9 @@ def complain(error):
 
 def make_line(options):
     if options.link and (options.connect or options.listen or options.output):
-        raise Wrong('--link is for a pseudo terminal')
+        raise Wrong('--link requires a pseudo terminal')
     if options.exit and not (options.stream or options.bytes):
-        raise Wrong('--exit is for --stream and --bytes')
+        raise Wrong('--exit requires --stream or --bytes')
     if options.connect:
         return line.Client(options.connect, options.wait, options.pace)
     if options.listen:
@@ -239,7 +239,7 @@ def run_stream(options, simulator, say):
         try:
             simulator.wait_closed()
         except line.LineError:
-            pass                            # that is what was waited for
+            pass                            # the expected end
 
 
 def run(options):
@@ -271,7 +271,7 @@ def main(arguments=None):
         complain(error)
         return USAGE
     except BrokenPipeError:
-        # Nobody reads what is printed; what is left of it must not fail a second time.
+        # The reader has closed the output; flushing the rest must not fail again.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return FAILED
     except (Failure, Timeout, line.LineError, OSError) as error:

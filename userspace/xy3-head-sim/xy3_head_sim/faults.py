@@ -1,44 +1,44 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""What can go wrong between the head and the host, each kind switched and counted by itself."""
+"""Transmission faults between the head and the host; each kind is set and counted separately."""
 
 import random
 
 from . import wire
 
-# kind -> what it does; the order is the order in which they meet a packet. The table that
-# --help prints and that the manual page describes.
+# kind -> its effect, in the order in which they are applied to a packet. --help prints this table,
+# and the manual page describes it.
 KINDS = {
-    'silence': 'the packet is not sent at all',
-    'noise': '1 to 16 random bytes come before the packet',
-    'unknown': 'a packet of a random unknown type comes before the packet',
-    'false-sync': 'before the packet comes a debug packet with 48 41 00 48 in its payload',
-    'trap': 'the same without its first byte, so that a receiver falls for it',
+    'silence': 'the packet is not sent',
+    'noise': '1 to 16 random bytes precede the packet',
+    'unknown': 'a packet of a random unknown type precedes the packet',
+    'false-sync': 'a debug packet with 48 41 00 48 in its payload precedes the packet',
+    'trap': 'the same without its first byte, so that a receiver finds a sync in it',
     'lost': 'one byte is missing',
-    'doubled': 'one byte comes twice',
+    'doubled': 'one byte is repeated',
     'flipped': 'one bit is wrong',
-    'torn': 'the packet breaks off in the middle',
-    'length': 'the length byte is wrong; of a known type, it is an illegal length',
-    'burst': 'the packet comes fifty times',
-    'wrong-rate': 'the packet is sent at another rate than the UART has',
+    'torn': 'the packet is truncated',
+    'length': 'the length byte is wrong; for known types, it is an invalid length',
+    'burst': 'the packet is sent fifty times',
+    'wrong-rate': 'the packet is sent at a rate other than that of the UART',
 }
 BURST = 50
 MOST_NOISE = 16
 
-# What becomes of a piece of traffic. The first is an undamaged packet.
+# Kinds of data sent. The first is an undamaged packet.
 PACKET, DAMAGED, NOISE, SWALLOWED, GARBLED = 'packet', 'damaged', 'noise', 'swallowed', 'garbled'
 
-# What a UART at another rate makes of a packet: never a 48h, so that it never finds sync in it.
+# Bytes that a UART at another rate receives: never a 48h, so that no sync is found in them.
 GARBAGE = bytes((0x00, 0x00, 0x80, 0xC0, 0xE0, 0xF0, 0xF8, 0xFC, 0xFE, 0xFF, 0x78, 0x1C, 0x66,
                  0x98, 0xE6, 0x86))
 
-# What follows the false sync is read as a packet's beginning, with an illegal length.
+# The bytes after the false sync are parsed as the start of a packet with an invalid length.
 FALSE_SYNC = wire.debug(b'on ' + wire.RESYNC + bytes((wire.TEMPERATURES, 0xFF)) + b' off')
 
 
 def parse_how(text):
     """'off', 'once', 'always', 'N' (packets) or '1/N' (at random) -> (packets left, chance)
 
-    Packets left are None if there is no end to it. ValueError if it is none of these.
+    Packets left are None if unlimited. ValueError for any other text.
     """
     if text == 'off':
         return 0, 1.0
@@ -54,22 +54,22 @@ def parse_how(text):
 
 def _positive(text):
     if not (text.isascii() and text.isdigit()) or int(text) == 0:
-        raise ValueError('off, once, always, a number of packets or 1/N, not "%s"' % text)
+        raise ValueError('off, once, always, a number of packets or 1/N required, not "%s"' % text)
     return int(text)
 
 
 class Faults:
-    """The faults of one head; seed makes what they do repeatable."""
+    """The faults of one head; the seed makes them repeatable."""
 
     def __init__(self, seed=0):
         self.rng = random.Random(seed)
-        self.counts = dict.fromkeys(KINDS, 0)       # how often each has happened
+        self.counts = dict.fromkeys(KINDS, 0)       # the number of times that each occurred
         self._armed = {}                            # kind -> [packets left, chance]
 
     def set(self, kind, how):
-        """how: as parse_how() has it, or a number of packets"""
+        """how: as for parse_how(), or a number of packets"""
         if kind not in KINDS:
-            raise ValueError('no fault "%s": %s' % (kind, ' '.join(KINDS)))
+            raise ValueError('unknown fault "%s", must be one of: %s' % (kind, ' '.join(KINDS)))
         left, chance = parse_how(str(how))
         self._armed.pop(kind, None)
         if left != 0:
@@ -80,11 +80,11 @@ class Faults:
 
     @property
     def active(self):
-        """The kinds that are switched on."""
+        """The kinds that are enabled."""
         return [kind for kind in KINDS if kind in self._armed]
 
     def meet(self, packet):
-        """-> [(what became of it, bytes), ...] to send in this order"""
+        """-> [(kind of data, bytes), ...] to send in this order"""
         if not self._armed:
             return [(PACKET, packet)]
         if self._happens('silence'):
@@ -119,7 +119,7 @@ class Faults:
         return True
 
     def garble(self, data, ratio=0.5):
-        """What a UART receives that has ratio times the rate of these bytes."""
+        """What a UART with ratio times the rate of these bytes receives."""
         count = max(1, round(len(data) * min(ratio, 2.0)))
         return bytes(self.rng.choices(GARBAGE, k=count))
 
@@ -149,7 +149,7 @@ class Faults:
         return data[:self.rng.randrange(1, len(data))] if len(data) > 1 else b''
 
     def _length(self, data):
-        if len(data) < wire.HEADER:         # another fault has left too little of it
+        if len(data) < wire.HEADER:         # truncated by another fault
             return data
         legal = wire.LENGTHS.get(data[1], (data[2],))
         wrong = self.rng.choice([length for length in range(256) if length not in legal])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The simulated head: what it knows, what it sends and when, and exact counts of it."""
+"""The simulated head: its state, its packets and their schedule, and exact counts."""
 
 import math
 import time
@@ -9,7 +9,7 @@ from . import faults, wire
 TEXTS = ('vendor', 'model', 'firmware', 'serial')
 ROUND = ('sync',) + TEXTS + ('temperatures', 'errors', 'hours', 'frame_errors', 'sync')
 BLOCK = 65536               # bytes that are built in advance for streams
-BACKLOG = 32768             # telemetry waits while so much has not been taken by the host
+BACKLOG = 32768             # telemetry is skipped while the host has not read this many bytes
 
 # A head with two axes, in degrees and hours.
 TWO_AXES = {'head': 31.5, 'dsp': 44.25, 'driver_x': 38.0, 'driver_y': 38.5,
@@ -18,7 +18,7 @@ TWO_AXES_HOURS = {'head': 1200, 'dsp': 1200, 'galvo_x': 1150, 'galvo_y': 1150}
 
 
 class NoLine:
-    """Where a head sends that has no line: everybody hears it, nobody keeps it."""
+    """The line of a head without one: always open, discards all data."""
 
     is_open, pending, unsent, openings = True, 0, 0, 0
 
@@ -35,13 +35,13 @@ class NoLine:
 class Head:
     """A scanhead's backchannel.
 
-    line           where it sends: one of line.py, or None
-    interval       seconds between rounds of telemetry, 0 for none
-    sync_interval  seconds between sync packets, 0 for none
-    Texts are None while the head does not report them. temperatures (in 1/100 degree), errors
+    line           one of line.py, or None
+    interval       seconds between rounds of telemetry, 0 to disable
+    sync_interval  seconds between sync packets, 0 to disable
+    Texts are None if the head does not report them. temperatures (in 1/100 degree), errors
     (codes) and hours have a value for each component, None for "absent": absent ones at the end
-    of an array are not sent, others are sent as "not supported" or, of errors, as 0.
-    frame_errors has one for each axis; it is not sent while it is None.
+    of an array are not sent, others are sent as "not supported" or, for errors, as 0.
+    frame_errors has a value for each axis; it is not sent if it is None.
     """
 
     def __init__(self, line=None, vendor='Virtual', model='Head-2D', firmware='1.0.0',
@@ -65,10 +65,10 @@ class Head:
         self._silent_until = 0.0
         self._due_sync = self._due_round = 0.0
         self.set_rate(rate)
-        self.receiver = wire.Decoder()              # what a faultless receiver makes of it
+        self.receiver = wire.Decoder()              # a correct receiver of the sent data
         self.forget_counts()
 
-    # --- what it knows --------------------------------------------------------------------
+    # --- state ----------------------------------------------------------------------------
 
     def set_text(self, name, text):
         """name: one of TEXTS"""
@@ -79,43 +79,43 @@ class Head:
     def set_temperature(self, component, degrees):
         value = None if degrees is None else round(degrees * 100)
         if value is not None and not -32768 <= value <= 32767:
-            raise ValueError('a temperature is -327.68 to 327.67 degrees')
+            raise ValueError('a temperature must be -327.68 to 327.67 degrees')
         self.temperatures[_component(component)] = value
 
     def set_error(self, component, code):
         """code: 0..255, a name of wire.ERROR_NAMES, or None"""
         value = None if code is None else wire.error_code(code)
         if value is not None and not 0 <= value <= 255:
-            raise ValueError('an error code is 0 to 255')
+            raise ValueError('an error code must be 0 to 255')
         self.errors[_component(component)] = value
 
     def set_hours(self, component, hours):
         if hours is not None and not 0 <= hours <= 0xFFFFFFFF:
-            raise ValueError('hours are 0 to 4294967295')
+            raise ValueError('hours must be 0 to 4294967295')
         self.hours[_component(component)] = hours
 
     def set_frame_errors(self, axis, count):
         if not 0 <= count <= 0xFFFFFFFF:
-            raise ValueError('a count is 0 to 4294967295')
+            raise ValueError('a count must be 0 to 4294967295')
         if self.frame_errors is None:
             self.frame_errors = [0] * len(wire.AXES)
         self.frame_errors[wire.AXES.index(axis)] = count
 
     def set_order(self, order):
         if order not in ('little', 'big'):
-            raise ValueError('little or big')
+            raise ValueError('the order must be little or big')
         self.order = order
 
     def set_rate(self, rate):
         if rate not in wire.RATES:
-            raise ValueError('a rate is %s' % ' '.join(map(str, wire.RATES)))
+            raise ValueError('a rate must be one of: %s' % ' '.join(map(str, wire.RATES)))
         self.rate = rate
         self.line.set_rate(rate)
 
-    # --- what it says ---------------------------------------------------------------------
+    # --- packets --------------------------------------------------------------------------
 
     def packet(self, name):
-        """The packet of this name as the head would send it now; None if it has nothing."""
+        """The packet of this name as the head would send it now; None if there is no data."""
         if name == 'sync':
             return wire.sync()
         value = getattr(self, name)
@@ -145,26 +145,26 @@ class Head:
         self.send(wire.debug(text))
 
     def silence(self, seconds):
-        """Nothing is sent for so long; 0 ends it, math.inf does not."""
+        """Sends nothing for that time; 0 ends the silence, math.inf is unlimited."""
         self._silent_until = time.monotonic() + seconds if seconds else 0.0
 
     @property
     def silent(self):
         return time.monotonic() < self._silent_until
 
-    # --- when -----------------------------------------------------------------------------
+    # --- schedule -------------------------------------------------------------------------
 
     def begin(self):
-        """The host listens from now on: a new receiver, that is told everything soon."""
+        """The host has opened the line: a new receiver, and a round of telemetry is due."""
         self.receiver = wire.Decoder()
         self.reschedule()
 
     def reschedule(self):
-        """The intervals begin now."""
+        """Restarts the intervals."""
         self._due_sync = self._due_round = 0.0
 
     def tick(self, now):
-        """Sends what is due. -> when to be called again, math.inf for never"""
+        """Sends packets that are due. -> time of the next call, math.inf for never"""
         if not self.line.is_open:
             return math.inf
         if self.interval and now >= self._due_round:
@@ -185,7 +185,7 @@ class Head:
     # --- sending and counting -------------------------------------------------------------
 
     def forget_counts(self):
-        """Counts from 0 again; the receiver, which has its own, is none of the head's."""
+        """Resets the counts, except those of the receiver."""
         self.by_type = dict.fromkeys((*wire.TYPES, 'unknown'), 0)
         self.packet_count = self.damaged_count = self.garbled_count = 0
         self.swallowed_count = self.unheard_count = self.held_back = 0
@@ -194,7 +194,7 @@ class Head:
         self.faults.counts = dict.fromkeys(faults.KINDS, 0)
 
     def send(self, packet):
-        """A packet, by way of the faults."""
+        """Sends a packet, subject to faults."""
         if not self.line.is_open:
             self.unheard_count += 1
         elif self.silent:
@@ -204,7 +204,7 @@ class Head:
                 self._put(what, data)
 
     def send_raw(self, data):
-        """Bytes that are no packet; no fault meets them."""
+        """Sends bytes that are not a packet; faults do not apply."""
         if self.line.is_open and not self.silent:
             self._put(faults.NOISE, data)
 
@@ -227,7 +227,7 @@ class Head:
         self.line.send(data)
 
     def counts(self):
-        """Everything counted, as a dictionary."""
+        """All counts, as a dictionary."""
         return {
             'packets': self.packet_count,
             'by_type': dict(self.by_type),
@@ -250,13 +250,13 @@ class Head:
             'receiver': self.receiver.counts(),
         }
 
-    # --- as much as the line takes --------------------------------------------------------
+    # --- streams --------------------------------------------------------------------------
 
     def stream(self, packets=0, size=0):
-        """Sends a number of packets, or the fewest whole packets with a number of bytes.
+        """Sends a number of packets, or the least number of packets with a number of bytes.
 
-        A generator: it yields wherever the caller may wait for the line. What it sends is a
-        round of telemetry with a debug packet in it, over and over.
+        A generator: it yields wherever the caller may wait for the line. It repeats a round of
+        telemetry that includes a debug packet.
         """
         one = self.packets()
         one.insert(1, wire.debug('simulated traffic'))
@@ -264,7 +264,7 @@ class Head:
         sent_packets = sent_bytes = 0
 
         def more(count, length):
-            """Whether count packets more, with length bytes, leave something to be done."""
+            """Whether count more packets, with length bytes, do not exceed the stream."""
             if packets:
                 return sent_packets + count <= packets
             return sent_bytes + length <= size
@@ -284,7 +284,7 @@ class Head:
             yield
 
     def _clear(self):
-        """Whether packets go through as they are, from packet to packet."""
+        """Whether packets are sent and received unchanged."""
         return (not self.faults.active and self.line.is_open and not self.silent and
                 self.line.uart_rate() in (None, self.rate) and
                 self.receiver.in_sync and not self.receiver.kept)
@@ -301,7 +301,7 @@ class Head:
 
 
 class _Block:
-    """The same packets again and again, and what they count."""
+    """Repeated packets in one buffer, and their counts."""
 
     def __init__(self, packets):
         data = b''.join(packets)
@@ -316,5 +316,5 @@ class _Block:
 
 def _component(name):
     if name not in wire.COMPONENTS:
-        raise ValueError('no component "%s"' % name)
+        raise ValueError('unknown component "%s"' % name)
     return wire.COMPONENTS.index(name)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Where a head sends: a pseudo terminal, a socket, a file or a real tty.
+"""The line of a head: a pseudo terminal, a socket, a file or a real tty.
 
-A line never loses a byte while the other end is there: what it does not take at once waits in a
-queue. Bytes that come from the other end are counted and thrown away.
+A line loses no byte while the other end is connected: data that cannot be written at once are
+queued. Bytes received from the other end are counted and discarded.
 """
 
 import collections
@@ -18,9 +18,9 @@ import time
 
 from . import wire
 
-LOOK_AGAIN = 0.05           # seconds between looks at a pseudo terminal that nobody has open
-PACE_TICK = 0.01            # and between portions of a line that is paced
-RETRY = 0.1                 # and between attempts to connect
+LOOK_AGAIN = 0.05           # seconds between polls of a pseudo terminal that is not open
+PACE_TICK = 0.01            # seconds between portions on a paced line
+RETRY = 0.1                 # seconds between attempts to connect
 
 SPEEDS = {getattr(termios, name): int(name[1:]) for name in dir(termios)
           if name[0] == 'B' and name[1:].isdigit()}
@@ -30,31 +30,31 @@ GONE = (errno.EPIPE, errno.ECONNRESET, errno.EIO, errno.ENXIO, errno.ENODEV, err
 
 
 class LineError(Exception):
-    """The line cannot be had, or is lost for good."""
+    """The line cannot be opened, or is lost permanently."""
 
 
 class Line:
     """An open file descriptor as a line; the base of the others.
 
-    on_open and on_close are called when the other end comes and goes.
+    on_open and on_close are called when the other end connects and disconnects.
     """
 
-    comes_back = False          # whether there may be another end when this one has gone
+    comes_back = False          # whether another end may connect after this one
 
     def __init__(self, fd=None, name='', pace=False):
         self.name = name
         self.fd = fd
         self.is_open = fd is not None
         self.openings = int(self.is_open)
-        self.pending = 0                    # bytes that wait
-        self.unsent = 0                     # bytes that waited when the other end went
+        self.pending = 0                    # queued bytes
+        self.unsent = 0                     # bytes that were queued at disconnects
         self.received = 0
         self.rate = wire.DEFAULT_RATE
         self.pace = pace
         self.on_open = self.on_close = lambda: None
         self._forced_rate = None
         self._queue = collections.deque()
-        self._credit = 0.0                  # bytes that may go out now, if paced
+        self._credit = 0.0                  # bytes that may be sent now, if paced
         self._credit_time = time.monotonic()
         if fd is not None:
             os.set_blocking(fd, False)
@@ -65,7 +65,7 @@ class Line:
     def __exit__(self, *_):
         self.close()
 
-    # --- the head's side ------------------------------------------------------------------
+    # --- for the head ---------------------------------------------------------------------
 
     def send(self, data):
         if self.is_open and data:
@@ -75,18 +75,18 @@ class Line:
                 self._write()
 
     def set_rate(self, rate):
-        """The rate at which the head sends."""
+        """Sets the rate at which the head sends."""
         self.rate = rate
 
     def uart_rate(self):
-        """The rate at which the host listens, None if the line does not know it."""
+        """The rate of the host, None if the line does not provide it."""
         return self._forced_rate
 
     def force_uart_rate(self, rate):
-        """Says at which rate the host listens, where the line itself cannot know; None ends it."""
+        """Sets the rate of the host for lines that do not provide it; None resets it."""
         self._forced_rate = rate
 
-    # --- the loop's side ------------------------------------------------------------------
+    # --- for the loop ---------------------------------------------------------------------
 
     def watch(self):
         """-> {fd: poll events}"""
@@ -96,14 +96,14 @@ class Line:
         return {self.fd: select.POLLIN | (select.POLLOUT if blocked else 0)}
 
     def tick(self, now):
-        """Does what is due. -> when to be called again, math.inf for never"""
+        """Timed actions. -> time of the next call, math.inf for never"""
         if self.is_open and self.pending and self.pace:
             self._write()
             return now + PACE_TICK
         return math.inf
 
     def handle(self, fd, events):
-        """fd is one of watch()'s"""
+        """fd is one of those of watch()"""
         if self.is_open and events & select.POLLIN:
             self._read()
         if self.is_open and events & select.POLLOUT:
@@ -118,13 +118,13 @@ class Line:
             self.fd = None
         self.is_open = False
 
-    # --- inside ---------------------------------------------------------------------------
+    # --- internal -------------------------------------------------------------------------
 
     def _paced_out(self):
         return self.pace and self._credit < 1
 
     def _earn(self):
-        """A byte takes ten bits; no more than a tenth of a second is saved up."""
+        """A byte has ten bits; the credit is limited to a tenth of a second."""
         now = time.monotonic()
         self._credit = min(self._credit + (now - self._credit_time) * self.rate / 10,
                            self.rate / 100)
@@ -184,10 +184,10 @@ class Line:
 
 
 class Pty(Line):
-    """A new pseudo terminal; link is a symbolic link to make to it.
+    """A new pseudo terminal; link is the path of a symbolic link to create.
 
-    It is open while another program has it open. That program's speed is the UART's rate: at
-    any other rate the head's bytes are garbage.
+    The line is open while another program has the terminal open. The speed set by that program is
+    the rate of the UART: if it differs from the rate of the head, garbage is received.
     """
 
     comes_back = True
@@ -197,7 +197,7 @@ class Pty(Line):
         super().__init__(master, os.ttyname(slave), pace)
         self.is_open, self.openings = False, 0
         self._set_up(wire.DEFAULT_RATE)
-        os.close(slave)                     # from here on the kernel says that nobody has it
+        os.close(slave)                     # from here on the kernel reports POLLHUP
         self._link = link
         self._poll = select.poll()
         self._poll.register(master, 0)
@@ -211,7 +211,7 @@ class Pty(Line):
                 raise LineError('%s: %s' % (link, error.strerror)) from None
 
     def _set_up(self, rate=None):
-        """Raw, as a line discipline expects it and a hangup does not leave it."""
+        """Sets raw mode, as a line discipline expects it; a hangup resets it."""
         modes = termios.tcgetattr(self.fd)
         modes[0:4] = [0, 0, termios.CS8 | termios.CREAD | termios.CLOCAL, 0]
         if rate is not None:
@@ -241,11 +241,11 @@ class Pty(Line):
         super()._gone()
 
     def _flush(self):
-        """The next one to open it shall not get old bytes; only the slave's side can do that."""
+        """Drops old bytes before the next open, which requires the slave side."""
         try:
             slave = os.open(self.name, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
         except OSError:
-            return                          # another has it for itself alone (TIOCEXCL)
+            return                          # another program has exclusive access (TIOCEXCL)
         with contextlib.suppress(termios.error):
             termios.tcflush(slave, termios.TCIFLUSH)
         os.close(slave)
@@ -258,7 +258,7 @@ class Pty(Line):
 
 
 class Client(Line):
-    """A socket that connects to an address; wait: how many seconds it tries."""
+    """A socket that connects to an address; wait: seconds for which it retries."""
 
     def __init__(self, address, wait=5.0, pace=False):
         super().__init__(None, address, pace)
@@ -285,7 +285,7 @@ class Client(Line):
 
 
 class Server(Line):
-    """A socket that listens on an address, for one other end at a time."""
+    """A socket that listens at an address, for one connection at a time."""
 
     comes_back = True
 
@@ -320,7 +320,7 @@ class Server(Line):
         try:
             peer, _ = self._listener.accept()
         except OSError:
-            return                          # it has gone again
+            return                          # disconnected meanwhile
         if self.is_open:
             peer.close()
             return
@@ -344,7 +344,7 @@ class Server(Line):
 
 
 class File(Line):
-    """A file, a FIFO or a real tty; a tty is made raw and follows the head's rate."""
+    """A file, a FIFO or a real tty; a tty is set to raw mode and to the rate of the head."""
 
     def __init__(self, path, pace=False):
         super().__init__(None, path, pace)
@@ -387,17 +387,17 @@ def _parse_address(text):
     if kind == 'tcp' and port.isascii() and port.isdigit() and int(port) < 65536:
         if host == 'localhost' or host.startswith('127.'):
             return socket.AF_INET, (host, int(port))
-        raise LineError('%s: only addresses of this machine' % text)
+        raise LineError('%s: not an address of this machine' % text)
     raise LineError('%s: not unix:PATH, tcp:PORT or tcp:HOST:PORT' % text)
 
 
 def check_address(text):
-    """LineError if it is no address."""
+    """LineError if the address is invalid."""
     _parse_address(text)
 
 
 def _remove(path, is_kind):
-    """Removes what may be removed because it is of that kind, and lets other things be."""
+    """Removes a file of that kind, and keeps any other."""
     try:
         if is_kind(os.lstat(path).st_mode):
             os.unlink(path)
@@ -406,7 +406,7 @@ def _remove(path, is_kind):
 
 
 def _remove_stale(path):
-    """Removes a socket on which nobody listens any more."""
+    """Removes a socket that no program listens on."""
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as probe:
         try:
             probe.connect(path)

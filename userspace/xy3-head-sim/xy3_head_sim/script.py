@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Script mode: one command a line."""
+"""Script mode: one command per line."""
 
 import math
 
@@ -7,9 +7,9 @@ from . import faults, wire
 from .line import LineError
 from .simulator import Timeout
 
-# The table that --help prints and that the manual page describes.
+# --help prints this table, and the manual page describes it.
 COMMANDS = (
-    ('vendor|model|firmware|serial TEXT', 'say who the head is, "-" to report it no more'),
+    ('vendor|model|firmware|serial TEXT', 'set and send the text, "-" to stop reporting it'),
     ('temp COMPONENT DEGREES|absent', 'set and send the temperatures'),
     ('error COMPONENT NAME|CODE|absent', 'set and send the error states'),
     ('hours COMPONENT HOURS|absent', 'set and send the hours'),
@@ -18,37 +18,37 @@ COMMANDS = (
     ('sync', 'send a sync packet'),
     ('report', 'send a round of everything, between two sync packets'),
     ('packet TYPE [HEX]', 'send a packet of any type, 0..255, with any payload'),
-    ('raw HEX', 'send these bytes, whatever they are'),
-    ('order little|big', 'the byte order of what follows'),
-    ('rate BITS', "the head's own rate: 57600 115200 230400 460800 921600"),
-    ('uart BITS|auto', 'the rate at which the host listens, where the line does not know it'),
-    ('interval SECONDS', 'time between rounds, 0 for none'),
-    ('sync-interval SECONDS', 'time between sync packets, 0 for none'),
-    ('fault KIND off|once|always|N|1/N', 'switch a fault; "fault off" ends them all'),
-    ('silence [SECONDS|off]', 'send nothing, for so long or until "silence off"'),
-    ('stream N', 'send N packets as fast as they are taken'),
-    ('bytes N', 'the same until N bytes are reached, in whole packets'),
-    ('wait open|closed|sent', 'until the line is open, is closed, has taken everything'),
-    ('sleep SECONDS|forever', 'do nothing but what the intervals say'),
-    ('counts', 'print everything counted, one line of JSON'),
-    ('zero', 'count from 0 again, except what the receiver has'),
+    ('raw HEX', 'send these bytes, unchecked'),
+    ('order little|big', 'set the byte order of numbers'),
+    ('rate BITS', 'set the rate of the head: 57600 115200 230400 460800 921600'),
+    ('uart BITS|auto', 'set the rate of the host, for lines that do not provide it'),
+    ('interval SECONDS', 'set the time between rounds, 0 to disable'),
+    ('sync-interval SECONDS', 'set the time between sync packets, 0 to disable'),
+    ('fault KIND off|once|always|N|1/N', 'set a fault; "fault off" disables all faults'),
+    ('silence [SECONDS|off]', 'send nothing for that time, or until "silence off"'),
+    ('stream N', 'send N packets as fast as possible'),
+    ('bytes N', 'the same until N bytes are reached, in complete packets'),
+    ('wait open|closed|sent', 'wait until the line is open, is closed, all data are sent'),
+    ('sleep SECONDS|forever', 'wait; only packets of the intervals are sent'),
+    ('counts', 'print all counts as one line of JSON'),
+    ('zero', 'reset the counts, except those of the receiver'),
     ('echo TEXT', 'print a line'),
-    ('quit', 'end here, successfully'),
+    ('quit', 'end the script with success'),
 )
 
 
 class ScriptError(Exception):
-    """The script cannot be understood."""
+    """The script is invalid."""
 
 
 class Failure(Exception):
-    """The script was understood, and something in it failed."""
+    """A command of a valid script failed."""
 
 
 class Runner:
     """Runs commands on a Simulator.
 
-    say(event, **members) prints something; timeout: seconds that anything may take.
+    say(event, **members) prints an event; timeout: seconds for each command that waits.
     """
 
     def __init__(self, simulator, say, timeout=math.inf):
@@ -66,7 +66,7 @@ class Runner:
         parse = getattr(self, '_parse_' + command.replace('-', '_'), None)
         try:
             if parse is None or '_' in command:
-                raise ValueError('no command "%s"' % command)
+                raise ValueError('unknown command "%s"' % command)
             call = parse(rest)
         except (ValueError, LineError) as error:
             raise ScriptError('%s: %s' % (where, error)) from None
@@ -74,16 +74,16 @@ class Runner:
 
     @staticmethod
     def run(step):
-        """-> whether to go on; Failure if the step fails"""
+        """-> whether to continue; Failure if the step fails"""
         where, call = step
         try:
             return call() is not QUIT
         except BrokenPipeError:
-            raise                           # nobody reads what is printed
+            raise                           # the reader has closed the output
         except (OSError, LineError, Timeout) as error:
             raise Failure('%s: %s' % (where, error)) from None
 
-    # --- what the head knows --------------------------------------------------------------
+    # --- state of the head ----------------------------------------------------------------
 
     def _text(self, name, rest):
         text = None if rest == '-' else rest
@@ -108,7 +108,7 @@ class Runner:
         _known(component, wire.COMPONENTS)
         degrees = None if value == 'absent' else _number(value)
         if degrees is not None and not -327.68 <= degrees <= 327.67:
-            raise ValueError('a temperature is -327.68 to 327.67 degrees')
+            raise ValueError('a temperature must be -327.68 to 327.67 degrees')
         return lambda: self._set('temperatures', self.head.set_temperature, component, degrees)
 
     def _parse_error(self, rest):
@@ -138,7 +138,7 @@ class Runner:
         setter(*arguments)
         self.head.report(packet)
 
-    # --- what it sends --------------------------------------------------------------------
+    # --- packets --------------------------------------------------------------------------
 
     def _parse_debug(self, rest):
         packet = wire.debug(rest)
@@ -169,7 +169,7 @@ class Runner:
         size = _integer(rest, 1)
         return lambda: self.simulator.stream(size=size, timeout=self.timeout)
 
-    # --- how it sends ---------------------------------------------------------------------
+    # --- settings -------------------------------------------------------------------------
 
     def _parse_order(self, rest):
         _known(rest, ('little', 'big'))
@@ -244,18 +244,18 @@ QUIT = object()
 def _words(rest, form):
     words = rest.split()
     if len(words) != len(form.split()):
-        raise ValueError('%s wanted' % form)
+        raise ValueError('%s required' % form)
     return words
 
 
 def _nothing(rest):
     if rest:
-        raise ValueError('nothing is wanted here: "%s"' % rest)
+        raise ValueError('unexpected argument: "%s"' % rest)
 
 
 def _known(word, words):
     if word not in words:
-        raise ValueError('"%s" is none of: %s' % (word, ' '.join(words)))
+        raise ValueError('"%s" must be one of: %s' % (word, ' '.join(words)))
 
 
 def _number(text):
@@ -264,14 +264,14 @@ def _number(text):
     except ValueError:
         number = math.nan
     if not math.isfinite(number):
-        raise ValueError('"%s" is no number' % text)
+        raise ValueError('"%s" is not a number' % text)
     return number
 
 
 def _seconds(text):
     seconds = _number(text)
     if seconds < 0:
-        raise ValueError('a time is not negative')
+        raise ValueError('a time must not be negative')
     return seconds
 
 
@@ -279,14 +279,14 @@ def _integer(text, least, most=math.inf):
     try:
         number = int(text, 0)
     except ValueError:
-        raise ValueError('"%s" is no number' % text) from None
+        raise ValueError('"%s" is not a number' % text) from None
     if not least <= number <= most:
-        raise ValueError('%s is not in %s..%s' % (text, least, most))
+        raise ValueError('%s is out of range %s..%s' % (text, least, most))
     return number
 
 
 def _hex(text, least, most):
     data = bytes.fromhex(text)
     if not least <= len(data) <= most:
-        raise ValueError('%d bytes, not %s to %s' % (len(data), least, most))
+        raise ValueError('%s to %s bytes required, not %d' % (least, most, len(data)))
     return data

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""A head on its line, in time: one loop that waits for both."""
+"""A head on its line: one event loop for both."""
 
 import math
 import select
@@ -7,15 +7,15 @@ import time
 
 from .line import LineError
 
-AHEAD = 262144              # bytes of a stream that may wait in the line's queue
+AHEAD = 262144              # bytes of a stream that may be queued
 
 
 class Timeout(Exception):
-    """Something has not happened in time."""
+    """An event has not occurred in time."""
 
 
 class Simulator:
-    """Runs a Head on a Line; say(event, **members) is told what happens to the line."""
+    """Runs a Head on a Line; say(event, **members) is called for events of the line."""
 
     def __init__(self, head, line, say=lambda event, **members: None):
         self.head = head
@@ -31,14 +31,14 @@ class Simulator:
             head.begin()
 
     def read_also(self, fd, call):
-        """call() when fd can be read; None ends it."""
+        """Calls call() when fd can be read; None stops this."""
         if call is None:
             self._readers.pop(fd, None)
         else:
             self._readers[fd] = call
 
     def run(self, until=lambda: False, timeout=math.inf):
-        """Runs until something is true, or a number of seconds. -> whether it is true"""
+        """Runs until until() is true or the timeout expires. -> whether it is true"""
         deadline = time.monotonic() + timeout
         while not until():
             if time.monotonic() >= deadline:
@@ -47,17 +47,17 @@ class Simulator:
         return True
 
     def wait_open(self, timeout=math.inf):
-        self._wait(lambda: self.line.is_open, timeout, 'nobody has opened the line')
+        self._wait(lambda: self.line.is_open, timeout, 'the line was not opened')
 
     def wait_closed(self, timeout=math.inf):
         self._wait(lambda: not self.line.is_open, timeout, 'the line is still open')
 
     def flush(self, timeout=math.inf):
-        """Waits until the other end's buffers have taken everything."""
-        self._wait(lambda: not self.line.pending, timeout, 'the other end does not take it')
+        """Waits until all data are in the buffers of the other end."""
+        self._wait(lambda: not self.line.pending, timeout, 'the other end does not read')
 
     def stream(self, packets=0, size=0, timeout=math.inf):
-        """A number of packets or bytes as fast as they are taken, and nothing else meanwhile."""
+        """Sends a number of packets or bytes as fast as possible, and nothing else."""
         deadline = time.monotonic() + timeout
         self._streaming = True
         try:
@@ -67,16 +67,16 @@ class Simulator:
                 if time.monotonic() >= deadline:
                     raise Timeout('the stream takes too long')
                 self._wait(lambda: self.line.pending < AHEAD or self._ended(opening),
-                           deadline - time.monotonic(), 'the other end does not take it')
+                           deadline - time.monotonic(), 'the other end does not read')
                 if self._ended(opening):
                     break
             self.flush(deadline - time.monotonic())
         finally:
             self._streaming = False
         if self._ended(opening):
-            raise LineError('%s: the other end has gone in the middle' % self.line.name)
+            raise LineError('%s: the other end disconnected during the stream' % self.line.name)
 
-    # --- inside ---------------------------------------------------------------------------
+    # --- internal -------------------------------------------------------------------------
 
     def _ended(self, opening):
         return not self.line.is_open or self.line.openings != opening
@@ -86,7 +86,7 @@ class Simulator:
             raise Timeout(complaint)
 
     def _step(self, deadline):
-        """Does what is due, and waits for the next thing to happen."""
+        """Performs timed actions, and waits for the next event."""
         now = time.monotonic()
         wake = min(deadline, self.line.tick(now))
         if not self._streaming:
@@ -118,4 +118,4 @@ class Simulator:
     def _closed(self):
         self.say('closed')
         if not self.line.comes_back:
-            raise LineError('%s: the other end has gone' % self.line.name)
+            raise LineError('%s: the other end has disconnected' % self.line.name)

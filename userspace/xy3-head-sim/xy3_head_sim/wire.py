@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The backchannel's format, from its description alone: tables, packets, and a decoder.
+"""The format of the backchannel, from its description only: tables, packets, and a decoder.
 
     byte  0    1     2       3 ...
           48h  type  length  payload of length bytes
 
-No line of it is shared with the driver, so that each can be tested against the other.
+It shares no code with the driver, so that each can be tested against the other.
 """
 
 import struct
@@ -26,7 +26,7 @@ TYPES = {
 TYPE_NAMES = {number: name for name, number in TYPES.items()}
 TEXT_TYPES = (VENDOR, MODEL, FIRMWARE, SERIAL, DEBUG)
 
-# Which lengths each known type may have. Any other type may have any length.
+# Valid lengths of known types. Other types may have any length.
 LENGTHS = {
     VENDOR: range(3, 201), MODEL: range(3, 201), FIRMWARE: range(3, 201),
     SERIAL: range(3, 201), DEBUG: range(3, 201),
@@ -51,8 +51,8 @@ NO_HOURS = 0xFFFFFFFF           # the component has no hour counter
 RATES = (57600, 115200, 230400, 460800, 921600)
 DEFAULT_RATE = 115200
 
-# Twenty bits of a command frame. Those of AXIS_COMMANDS take a mask of axes, bit 0 = X;
-# without one they mean all axes.
+# The twenty bits of a command frame. AXIS_COMMANDS accept a mask of axes, bit 0 = X; a mask of 0
+# selects all axes.
 COMMANDS = {
     'autocalib on': 0x80000, 'autocalib off': 0x40000,
     'calibrate': 0xC0000, 'reference': 0x20000,
@@ -67,7 +67,7 @@ _ORDERS = {'little': '<', 'big': '>'}
 
 
 def axis_mask(axes):
-    """'xz' -> 5; '' and 'all' mean all axes and give 0"""
+    """'xz' -> 5; '' and 'all' select all axes and give 0"""
     if axes == 'all':
         return 0
     return sum(1 << AXES.index(axis) for axis in set(axes))
@@ -76,7 +76,7 @@ def axis_mask(axes):
 # --- packets ---------------------------------------------------------------------------------
 
 def packet(kind, payload=b''):
-    """A packet of any type, a name of TYPES or a number; its length may be illegal."""
+    """A packet of any type, a name of TYPES or a number; its length may be invalid."""
     if isinstance(kind, str):
         kind = TYPES[kind]
     return bytes((START, kind, len(payload))) + payload
@@ -84,7 +84,7 @@ def packet(kind, payload=b''):
 
 def _checked(kind, payload):
     if len(payload) not in LENGTHS[kind]:
-        raise ValueError('%d bytes are no legal length of a %s packet'
+        raise ValueError('%d bytes are not a valid length of a %s packet'
                          % (len(payload), TYPE_NAMES[kind]))
     return packet(kind, payload)
 
@@ -126,7 +126,7 @@ def _array(kind, values, letter, order):
 
 
 def temperatures(values, order='little'):
-    """values: 1/100 degree Celsius, None where there is no thermometer"""
+    """values: 1/100 degree Celsius, None if there is no thermometer"""
     return _array(TEMPERATURES, [NO_TEMPERATURE if value is None else value for value in values],
                   'h', order)
 
@@ -142,7 +142,7 @@ def errors(codes):
 
 
 def hours(values, order='little'):
-    """values: hours, None where they are not counted"""
+    """values: hours, None if they are not counted"""
     return _array(HOURS, [NO_HOURS if value is None else value for value in values], 'I', order)
 
 
@@ -157,9 +157,9 @@ def error_name(code):
 
 
 def unpack(kind, payload, order='little'):
-    """What the payload of a known type says: text as bytes, arrays as a list, None for sync.
+    """The contents of a payload of a known type: text as bytes, arrays as a list, None for sync.
 
-    Temperatures and hours that the head does not have are None.
+    Temperatures and hours that the head does not support are None.
     """
     if kind in TEXT_TYPES:
         return payload
@@ -195,22 +195,22 @@ def position_frame(position, bits=32):
     return _frame(24, 1, position, 20, 2) if bits == 24 else _frame(32, 1, position, 26, 4)
 
 
-# --- the receiving end -----------------------------------------------------------------------
+# --- receiver --------------------------------------------------------------------------------
 
 class Decoder:
-    """A receiver of the backchannel: keeps what it has not understood and looks at it again.
+    """A receiver of the backchannel: keeps incomplete packets, and continues with them.
 
-    packets       handed out, sync packets and unknown types among them
+    packets       returned packets, including sync packets and unknown types
     syncs         sync packets among them
     unknown       packets of an unknown type among them
     packet_bytes  bytes in those packets
-    dropped       bytes that were in no packet
+    dropped       bytes that were not part of a packet
     kept          bytes that are neither yet
-    bad_lengths   known types with an illegal length
-    resyncs       how often sync was found again after it was lost
+    bad_lengths   known types with an invalid length
+    resyncs       number of times that sync was found again after it was lost
     in_sync       whether the next byte is known to be in, or to start, a packet
 
-    At any time: bytes given = packet_bytes + dropped + kept.
+    At any time: bytes fed = packet_bytes + dropped + kept.
     """
 
     __slots__ = ('packets', 'syncs', 'unknown', 'packet_bytes', 'dropped', 'bad_lengths',
@@ -230,7 +230,7 @@ class Decoder:
         """-> [(type, payload), ...] of the packets that these bytes complete"""
         buffer = self._buffer + data
         size = len(buffer)
-        at = 0                              # all before it is dealt with
+        at = 0                              # all bytes before it are processed
         found = []
         while at < size:
             if not self.in_sync:
@@ -271,7 +271,7 @@ class Decoder:
         return found
 
     def lost(self, count):
-        """count damaged bytes have come: a line error"""
+        """count damaged bytes were received: a line error"""
         self._lose(len(self._buffer) + count)
         self._buffer = b''
 
@@ -296,7 +296,7 @@ class Decoder:
 
 
 def _begun(buffer, available):
-    """How many of the last bytes may be the beginning of RESYNC."""
+    """Number of bytes at the end that may be the start of RESYNC."""
     for length in (3, 2, 1):
         if length <= available and buffer.endswith(RESYNC[:length]):
             return length
