@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """pictures.py FOLDER: draw the pictures of the first page, pendant.png and scanhead.png.
 
-pendant.png is the LCD that README.md shows as text, dot by dot. scanhead.png is what a head draws
-of figure.py's letters, with the gate. Tests compare both with the virtual devices.
+pendant.png is the LCD that README.md shows as text, dot by dot. scanhead.png shows the letters of
+figure.py, drawn by a head with the gate. Tests compare both with the virtual devices.
 """
 
 import os
@@ -69,7 +69,7 @@ def as_png(rows):
 
 
 def letters():
-    """Where the gate is high, as draw.py has it"""
+    """The positions with a high gate, in the format of draw.py"""
     return [((x + 1) / 2, (y + 1) / 2) for x, y, gate in figure.letters() if gate]
 
 

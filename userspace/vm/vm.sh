@@ -1,16 +1,16 @@
 # shellcheck shell=bash
 # SPDX-License-Identifier: GPL-2.0-only
 #
-# What the demonstrations share, to be sourced: a Debian kernel, our modules built for it, and a
-# virtual machine under QEMU. Of this machine packages are installed if they lack (for which root is
-# needed), and its kernel is not touched.
+# Functions of the demonstrations, to be sourced: a Debian kernel, the modules built for it, and a
+# virtual machine under QEMU. Missing packages are installed on this machine (which requires root);
+# its kernel is not changed.
 #
-#	prepare		the packages, the kernel, our modules; results are in build/demo
-#	initramfs FOLDER CODE OPTION...	the guest's files: FOLDER/init, all of FOLDER in /demo, and
-#			what python loads when it runs CODE; OPTIONs are those of
+#	prepare		the packages, the kernel, the modules; results are in build/demo
+#	initramfs FOLDER CODE OPTION...	the files of the guest: FOLDER/init, all of FOLDER in /demo,
+#			and the files that Python loads to run CODE; OPTIONs are those of
 #			userspace/vm/initramfs
-#	watch ARGUMENT...	boot, with these arguments for QEMU beside others, and show what the
-#			guest says; fails if the guest does
+#	watch ARGUMENT...	boot with these additional arguments for QEMU, and show the output of
+#			the guest; fails if the guest fails
 
 vm=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 # shellcheck source=paths.sh
@@ -45,7 +45,7 @@ prepare() {
 	"$vm/vmlinux" "$image" "$out/vmlinux"
 }
 
-# The files of python's library that some code makes it load
+# The files of the Python library that some code loads
 python_files() {
 	(cd / && "$python" -B) <<-END
 	import encodings.ascii, encodings.latin_1, encodings.utf_16_le, sys, traceback
@@ -65,7 +65,7 @@ initramfs() {
 	local -a options=(--init "$folder/init" --modules "$kernel/lib/modules/$release"
 		--program "$python" --tree "$folder:/demo" --tree "$top/userspace/demo/guest:/guest" "$@")
 
-	# what the C library loads by itself when a thread ends
+	# loaded by the C library when a thread ends
 	options+=(--file "$(ldconfig -p | awk '$1 == "libgcc_s.so.1" && !n++ { print $NF }')")
 	while read -r file; do
 		[ ! -e "$file" ] || options+=(--file "$file")
@@ -76,7 +76,7 @@ initramfs() {
 watch() {
 	local status=0
 
-	say 'starting a virtual machine; it takes some seconds to speak'
+	say 'starting a virtual machine; its output appears after some seconds'
 	timeout --foreground 240 qemu-system-x86_64 \
 		-M pc -accel tcg,thread=multi -cpu max -smp 1 -m 768 \
 		-nodefaults -no-user-config -display none -no-reboot -serial stdio \
@@ -86,5 +86,5 @@ watch() {
 			tsc=unstable clocksource=hpet no_timer_check random.trust_cpu=on cryptomgr.notests" \
 		"$@" < /dev/null | sed -u 's/\r$//' | tee "$out/screen.log" || status=$?
 	# guest/start.sh writes 16 + its status to the exit port; QEMU ends with twice that, plus 1
-	[ $status = 33 ] || { say 'that went wrong'; return 1; }
+	[ $status = 33 ] || { say 'failed'; return 1; }
 }

@@ -2,9 +2,9 @@
 """machine.py NODE: a very small CNC control.
 
 The wheel moves the selected axis.  With an HB03 or HB04, Start/Pause runs and stops the program;
-with a WHB04B the second rotary chooses the step, and keys the mode.
+with a WHB04B the second rotary switch selects the step, and keys select the mode.
 
-All that it uses of the driver is an event node and files in sysfs.
+It only uses an event node and files in sysfs of the driver.
 """
 
 import fcntl
@@ -21,7 +21,7 @@ AXES = {1: 'x', 2: 'y', 3: 'z', 4: 'a', 7: 'b', 8: 'c'}
 
 
 class Machine:
-    """What all models have."""
+    """Common to all models."""
 
     step = 10                           # thousandths of a millimetre for one detent
 
@@ -43,7 +43,7 @@ class Machine:
         elif (kind, code) == (EV_REL, REL_DIAL) and self.axis:
             self.position[self.axis] += value * self.step
             self.show_position()
-            print('%s goes to %s mm' % (self.axis, self.millimetres(self.axis)))
+            print('%s moves to %s mm' % (self.axis, self.millimetres(self.axis)))
         elif (kind, value) == (EV_KEY, 1):
             self.key(code - BTN_TRIGGER_HAPPY)
 
@@ -126,7 +126,7 @@ def main():
         model = file.read().strip()
     with open(sys.argv[1], 'rb', buffering=0) as node:
         machine = MACHINES[model](dro)
-        # where the rotaries stand; events tell of turns only
+        # the positions of the rotary switches; events only report changes
         for code in (ABS_THROTTLE, ABS_MISC):
             value, = struct.unpack_from('i', fcntl.ioctl(node, EVIOCGABS + code, bytes(24)))
             machine.event(EV_ABS, code, value)
@@ -136,7 +136,7 @@ def main():
                 _, _, kind, code, value = EVENT.unpack(node.read(EVENT.size))
                 machine.event(kind, code, value)
         except OSError:
-            print('the pendant is gone')
+            print('the pendant was removed')
 
 
 main()

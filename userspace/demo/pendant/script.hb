@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-# What the hand does at an HB03 or HB04; see xhc-sim(1). These events must have come out:
+# Operation of an HB03 or HB04; see xhc-sim(1). These events must be reported:
 # evdev: BTN_TRIGGER_HAPPY2), value 1
 # evdev: BTN_TRIGGER_HAPPY31), value 1
 # evdev: REL_DIAL), value -3
@@ -35,9 +35,9 @@ wait 700
 key Start/Pause press
 expect state pause
 wait 500
-echo Nobody touches it: the pendant falls asleep with the selector at Z.
+echo Without operation the pendant falls asleep, with the selector at Z.
 sleep
 wait 300
 lcd
 wait 700
-echo The cable is pulled.
+echo The pendant is unplugged.
