@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""A UART on USB: CDC ACM over dummy_hcd, with the kernel's own gadget as the other end.
+"""A UART on USB: CDC ACM over dummy_hcd, with the kernel's gadget driver as the other end.
 
 Unlike a pty it flags line errors, stops when it is throttled, and can be unplugged.
 """
@@ -20,7 +20,7 @@ PORT = '/sys/devices/platform/dummy_hcd.0'
 
 
 class AcmCable(Pty):
-    """Used by tests like a Pty. The gadget is created once; the host uses it or not."""
+    """Used by tests like a Pty. The gadget is created once; the host may use it or not."""
 
     def __init__(self, rate=115200):
         self.master = self.slave = self.node = None
@@ -65,7 +65,7 @@ class AcmCable(Pty):
         return fd
 
     def unplug(self):
-        """Both ends are hung up."""
+        """Hangs up both ends."""
         if self.master is None:
             return
         self._authorize('0')
@@ -81,7 +81,7 @@ class AcmCable(Pty):
         termios.tcsendbreak(self.master, 0)
 
     def flood(self, size):
-        """Writes as much of it as fits."""
+        """Writes as many bytes as fit."""
         try:
             while size > 0:
                 size -= os.write(self.master, bytes(min(size, 4096)))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""A pendant on no bus, and frames put together by hand: for the unit tests of xhc-sim."""
+"""A pendant without a bus, and frames built field by field: for the unit tests of xhc-sim."""
 
 import errno
 import os
@@ -16,7 +16,7 @@ HB03, HB04, WHB04B = (models.MODELS[name] for name in ('HB03', 'HB04', 'WHB04B')
 
 
 def frame(model, coordinates=None, numbers=(0, 0, 0, 0), day=22, step=0, state=0):
-    """A frame put together by hand, field by field; coordinates: (integer, raw fraction) x 6"""
+    """A frame built field by field; coordinates: (integer, raw fraction) x 6"""
     data = bytes([0xFE, 0xFD, day])
     for whole, fraction in coordinates or [(0, 0)] * 6:
         data += struct.pack('<HB' if model is HB03 else '<HH', whole, fraction)
@@ -37,9 +37,9 @@ def chunks(data):
 
 
 class Bench(pendant.VirtualPendant):
-    """A pendant on no bus: keeps its input reports.
+    """A pendant without a bus: records its input reports.
 
-    It is kinder than hardware: no reports stream, unless a test sets `streams`.
+    Unlike hardware it streams no reports, unless a test sets `streams`.
     """
 
     phys = 'bench'

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""A base class for tests with fixtures of their own."""
+"""A base class for tests with their own fixtures."""
 
 import contextlib
 
@@ -25,7 +25,7 @@ class Case:
 
 @contextlib.contextmanager
 def row(*what, **named):
-    """One row of a table that a test goes through with one device; a failure names the row."""
+    """One row of a table that a test iterates over with one device; a failure names the row."""
     try:
         yield
     except AssertionError as error:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Report descriptors that the driver has to refuse, and unusual ones that it has to accept."""
+"""Report descriptors that the driver must refuse, and unusual ones that it must accept."""
 
 from xhc_sim.models import REPORT_DESCRIPTOR
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The models of xhc-sim that the driver binds: xhc-sim may be ahead of the driver."""
+"""The models of xhc-sim that the driver supports; xhc-sim may support more."""
 
 from xhc_sim import models
 

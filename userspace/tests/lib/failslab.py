@@ -2,7 +2,7 @@
 """Allocations that fail on demand.
 
 /proc/self/task/*/fail-nth lets the n-th allocation of this thread fail; /sys/kernel/debug/failslab
-lets them fail at random, in whatever thread.
+lets them fail at random, in any thread.
 """
 
 import errno
@@ -14,22 +14,21 @@ from kernel import read_file, write_file
 
 FAILSLAB = '/sys/kernel/debug/failslab/'
 FAIL_PAGE_ALLOC = '/sys/kernel/debug/fail_page_alloc/'
-ENOUGH = 5000               # nothing here allocates more often than that
+ENOUGH = 5000               # upper limit of allocations in a test
 ALL_CODE = (0, (1 << 64) - 1)
 
-# The driver core returns -EINVAL when there is no memory for a device's name (device_add()) or the
+# The driver core returns -EINVAL if it cannot allocate the name of a device (device_add()) or the
 # folder of a module's drivers (module_add_driver())
 DRIVER_CORE = ('ENOMEM', 'EINVAL')
 
 
 def setup_failslab(start=ALL_CODE[0], end=ALL_CODE[1], spared='__vmalloc_node_range_noprof'):
-    """start, end: only allocations whose call path goes through this piece of code may fail.
+    """start, end: only allocations whose call path includes this range of code may fail.
 
-    spared: but not through this function. vmalloc() prints a call trace when it fails.
+    spared: except through this function. vmalloc() prints a call trace on failure.
 
-    fail-nth counts pages as well, wherever they are asked for: there none may fail. Those are the
-    slab's own (it takes smaller ones, and no caller sees a failure) and KASAN's, which come by
-    chance.
+    fail-nth also counts pages, allocated anywhere: these must not fail. They are allocated by the
+    slab (which retries with smaller ones, unnoticed by the caller) and at random by KASAN.
     """
     write_file(FAIL_PAGE_ALLOC + 'require-end', '0')
     spared = function_range(spared)
@@ -51,7 +50,7 @@ def function_range(name):
 
 
 class FailNth:
-    """with FailNth(n) as fault: ... ; then fault.struck tells whether there was an n-th one."""
+    """with FailNth(n) as fault: ... ; fault.struck is true if there was an n-th one."""
 
     def __init__(self, number):
         self.number = number
@@ -70,11 +69,11 @@ class FailNth:
 
 
 def walk(attempt, after, errors=('ENOMEM',)):
-    """attempt() under each fault in turn, after(error or None) behind each.
+    """Calls attempt() with each fault in turn, and after(error or None) after each.
 
-    errors: with which of them an attempt may fail
+    errors: permitted errors of attempt()
 
-    -> (number of allocations that failed, {error: how often})
+    -> (number of allocations that failed, {error: number of times})
     """
     outcomes = {}
     for number in range(1, ENOUGH):

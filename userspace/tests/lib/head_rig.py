@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""What the tests of the scanhead's backchannel share: the module, a UART whose other end is
-driven by the test, and access to all that the head shows.
+"""Fixtures for the tests of the scanhead's backchannel: the module, a UART whose other end is
+controlled by the test, and access to all files of the head.
 
 The tests run as root of the test kernel (uml/run-uml), never on the machine itself; XY3_MODULE
-is the path of xy3.ko. They run in time-travel: while anything can run, no time passes, so a
-pause in which nothing arrives means that nothing is in progress, however busy the host is.
+is the path of xy3.ko. They run in time-travel mode: no time passes while anything can run, so a
+pause without data means that nothing is in progress, regardless of the load of the host.
 """
 
 import errno
@@ -39,7 +39,7 @@ SPEEDS = {rate: getattr(termios, 'B%d' % rate) for rate in wire.RATES + (9600, 3
 SPEEDS[0] = termios.B0
 STATS = ('rx_bytes', 'rx_packets', 'syncs', 'resyncs', 'dropped_bytes', 'bad_lengths',
          'unknown_packets', 'line_errors', 'lost_packets')
-GOOD = wire.sync() * 2          # puts a receiver in sync that was not, with two packets
+GOOD = wire.sync() * 2          # two packets that bring a receiver into sync
 
 
 def load(parameters=''):
@@ -82,14 +82,14 @@ def error_name(call, *arguments):
 
 
 def polled(fd, events, timeout=2.0):
-    """-> the poll events that there are, 0 if none come in time"""
+    """-> the pending poll events, 0 after the timeout"""
     poll = select.poll()
     poll.register(fd, events)
     return dict(poll.poll(timeout * 1000)).get(fd, 0)
 
 
 class Background(threading.Thread):
-    """A call that may block, in a thread of its own."""
+    """A call that may block, in a separate thread."""
 
     def __init__(self, call, *arguments):
         super().__init__(daemon=True)
@@ -105,7 +105,7 @@ class Background(threading.Thread):
             self.raised = error
 
     def result(self, timeout=60):
-        """-> what the call returns, which it must do in time"""
+        """-> the return value of the call, which must return in time"""
         self.join(timeout)
         if self.is_alive():
             raise AssertionError('%s does not return' % self.call)
@@ -115,7 +115,7 @@ class Background(threading.Thread):
 
 
 def split(data):
-    """Packets in what was read; anything but whole packets is an error."""
+    """The packets in data that were read; anything but complete packets is an error."""
     found = []
     at = 0
     while at < len(data):
@@ -128,7 +128,7 @@ def split(data):
 
 
 class Pty:
-    """A UART: what is written at the master is what the head sends, the slave is the tty."""
+    """A UART: the head sends at the master, the slave is the tty."""
 
     def __init__(self, rate=wire.DEFAULT_RATE):
         self.master, self.slave = os.openpty()
@@ -138,7 +138,7 @@ class Pty:
         self.node = os.ttyname(self.slave)
 
     def write(self, data, timeout=20.0):
-        """All of it, or an error."""
+        """Writes all data, or raises an error."""
         data = memoryview(data)
         while data:
             try:
@@ -148,7 +148,7 @@ class Pty:
                     raise AssertionError('the line takes no more') from None
 
     def cut(self):
-        """The master goes: the slave's tty is hung up."""
+        """Closes the master: the tty of the slave is hung up."""
         if self.master is not None:
             os.close(self.master)
             self.master = None
@@ -175,13 +175,13 @@ class Reader:
             self.fd = None
 
     def read(self, size=65536, timeout=2.0):
-        """-> what one read() gives, b'' after a hangup, None if nothing comes in time"""
+        """-> the result of one read(), b'' after a hangup, None after the timeout"""
         if not polled(self.fd, select.POLLIN, timeout):
             return None
         return os.read(self.fd, size)
 
     def rest(self, quiet=0.2, size=65536):
-        """All that there is, until nothing has come for a while or the tty was hung up."""
+        """Reads until nothing is received for some time, or the tty is hung up."""
         data = b''
         while True:
             more = self.read(size, quiet)
@@ -190,7 +190,7 @@ class Reader:
             data += more
 
     def take(self, size, timeout=5.0):
-        """This number of bytes, or fewer if no more come."""
+        """Reads this number of bytes, or fewer after the timeout."""
         data = b''
         while len(data) < size:
             more = self.read(size - len(data), timeout)
@@ -201,12 +201,12 @@ class Reader:
 
 
 class Head:
-    """A UART with the line discipline on it, and the head that it makes."""
+    """A UART with the line discipline attached, and its head."""
 
     def __init__(self, uart=None, **options):
         self.uart = uart or Pty(**options)
         self.name = self.path = self.node = None
-        self.sent = 0                       # bytes since it was attached
+        self.sent = 0                       # bytes since the line discipline was attached
         self.readers = []
 
     def attach(self):
@@ -237,7 +237,7 @@ class Head:
     # --- the line -------------------------------------------------------------------------
 
     def send(self, *pieces):
-        """Each piece in a write() of its own; waits until the driver has looked at it."""
+        """Sends each piece by a separate write(); waits until the driver has processed it."""
         for data in pieces:
             self.uart.write(data)
             self.sent += len(data)
@@ -257,7 +257,7 @@ class Head:
     # --- sysfs ----------------------------------------------------------------------------
 
     def get(self, name):
-        """An attribute's text, which must be one line; the error's name if it cannot be read."""
+        """The text of an attribute, which must be one line, or the name of the error."""
         try:
             text = read_file('%s/%s' % (self.path, name))
         except OSError as error:
@@ -295,7 +295,7 @@ class Head:
 
 
 class Uevents:
-    """What udev would see."""
+    """The uevents of the kernel, as udev receives them."""
 
     NETLINK_KOBJECT_UEVENT = 15
 
@@ -310,7 +310,7 @@ class Uevents:
         self.socket.close()
 
     def take(self, quiet=0.4):
-        """-> what has come, each as {property: text}, until nothing has come for a while"""
+        """-> received uevents, each as {property: text}, until none is received for some time"""
         found = []
         while polled(self.socket.fileno(), select.POLLIN, quiet):
             words = self.socket.recv(65536).decode().split('\0')
@@ -337,21 +337,21 @@ class AttributePoller:
         os.close(self.fd)
 
     def read(self):
-        """-> its text, or the error's name: an attribute that cannot be read may still be polled"""
+        """-> its text, or the name of the error: an unreadable attribute can still be polled"""
         try:
             return os.pread(self.fd, 4096, 0).decode()
         except OSError as error:
             return errno.errorcode[error.errno]
 
     def changed(self, timeout=1.0):
-        """Whether it has changed since it was read last; reads it."""
+        """Whether it has changed since the last read; reads it."""
         events = polled(self.fd, select.POLLPRI, timeout)
         self.read()
         return bool(events & select.POLLPRI)
 
 
 class Case(case.Case):
-    """A test with the module loaded; what it attaches is detached after it."""
+    """A test with the module loaded; attached UARTs are detached after it."""
 
     def set_up(self):
         if not kernel.is_loaded(MODULE):
@@ -370,7 +370,7 @@ class Case(case.Case):
         return self.attach(**options).sync()
 
     def uevents(self, *subsystems):
-        """From now on."""
+        """Receives uevents from now on."""
         listener = self.closing(Uevents(subsystems or ('xy3',)))
         listener.take(0.2)
         return listener
@@ -385,7 +385,7 @@ class Case(case.Case):
         return fd
 
     def assert_counts(self, head, decoder, lost=0):
-        """The driver has counted what an independent decoder has."""
+        """The counters of the driver equal those of an independent decoder."""
         assert head.stats() == {
             'rx_bytes': decoder.packet_bytes + decoder.dropped + decoder.kept,
             'rx_packets': decoder.packets, 'syncs': decoder.syncs, 'resyncs': decoder.resyncs,

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The pendant as the kernel's own HID gadget (configfs, f_hid) over dummy_hcd.
+"""The pendant as the HID gadget of the kernel (configfs, f_hid) over dummy_hcd.
 
-For system suspend: on the way back the host asks the device for its status while all of user
-space is still frozen, so the gadget must live in the kernel.  f_hid keeps the last SET_REPORT
-only and drops its wValue; the requests are therefore seen by usbmon.
+For system suspend: on resume the host requests the status of the device while all of user space
+is still frozen, so the gadget must be in the kernel.  f_hid only keeps the last SET_REPORT and
+drops its wValue; therefore the requests are read from usbmon.
 """
 
 import errno
@@ -22,18 +22,18 @@ CONFIGFS = '/sys/kernel/config/usb_gadget'
 USBMON = '/dev/usbmon%d'
 REPORT_LENGTH = 8
 
-# An event as read() of usbmon has it, then the data (Documentation/usb/usbmon.rst):
+# An event as returned by read() of usbmon, then the data (Documentation/usb/usbmon.rst):
 # id, type, transfer, endpoint, device, bus, flags of setup and data, seconds, microseconds, status,
 # length, captured length, setup packet
 EVENT = struct.Struct('=QcBBBHccqiiII8s')
 SUBMITTED, CONTROL, PRESENT = b'S', 2, b'\0'
 SET_REPORT = 0x21, 0x09
 SETUP = struct.Struct('<BBHHH')
-PAUSE = 0.05                # seconds until unplug() is noticed
+PAUSE = 0.05                # seconds until unplug() is detected
 
 
 def load_controllers():
-    """If dummy_hcd and the rest are modules: one controller for each model, and a spare one."""
+    """Loads dummy_hcd and the others if they are modules: a controller per model, and a spare."""
     subprocess.run(['modprobe', 'dummy_hcd', 'num=3'], check=True)
     subprocess.run(['modprobe', '-a', 'libcomposite', 'usbmon'], check=True)
     if not os.path.isdir(CONFIGFS):
@@ -50,11 +50,11 @@ def _write(path, text):
 
 
 class HidGadgetPendant(VirtualPendant):
-    """A pendant on a dummy_hcd of its own: HB03 on the second, HB04 on the third.
+    """A pendant on its own dummy_hcd: HB03 on the second, HB04 on the third.
 
-    It cannot stall or be slow: faults are for the other transports.  The gadget is made once and
-    stays connected; plug() and unplug() let the host use it or not.  (f_hid loses a request
-    whenever it is unbound, and the leak scan would find it.)
+    It supports no faults such as stalls or delays.  The gadget is created once and stays connected;
+    plug() and unplug() control whether the host uses it.  (f_hid leaks a request whenever it is
+    unbound, which the leak scan would report.)
     """
 
     CONTROLLERS = {'HB03': 1, 'HB04': 2}
@@ -82,7 +82,7 @@ class HidGadgetPendant(VirtualPendant):
         self._reader.start()
         if not built:
             _write(self.root + '/UDC', self.controller)
-        # what unplug() takes back comes with the enumeration
+        # unplug() undoes what enumeration has set up
         if not find.wait(lambda: os.path.exists(self._authorized()), 30, PAUSE):
             raise NoDevice(errno.ENODEV, 'the host does not enumerate the gadget')
         self._authorize('1')
@@ -119,19 +119,19 @@ class HidGadgetPendant(VirtualPendant):
         os.symlink(function, root + '/configs/c.1/hid.usb0')
 
     def _minor(self):
-        """Number of the function's /dev/hidg node."""
+        """Number of the /dev/hidg node of the function."""
         with open(self.root + '/functions/hid.usb0/dev', encoding='ascii') as dev:
             return int(dev.read().split(':')[1])
 
     def _bus(self):
-        """Number of the controller's bus."""
+        """Number of the bus of the controller."""
         root = '/sys/devices/platform/dummy_hcd.%d' % self.number
         return next(int(name[3:]) for name in os.listdir(root) if re.fullmatch(r'usb\d+', name))
 
     # --- towards the host -----------------------------------------------------------------
 
     def report(self, data):
-        """Waits until the host has fetched the one before."""
+        """Waits until the host has fetched the previous report."""
         def once():
             try:
                 return os.write(self._gadget, bytes(data))

@@ -19,7 +19,7 @@ def syscall(*arguments):
 
 
 def load_module(path, parameters=''):
-    """insmod in this very process, so that fail-nth counts its allocations."""
+    """insmod in this process, so that fail-nth counts its allocations."""
     fd = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
     try:
         syscall(SYS_FINIT_MODULE, fd, parameters.encode(), 0)
@@ -33,7 +33,7 @@ def unload_module(name):
 
 
 def remove_module(name):
-    """rmmod, as soon as nothing holds the module: some files are released by a worker only."""
+    """rmmod as soon as the module is unused: some files are released by a worker later."""
     def removed():
         try:
             unload_module(name)
@@ -64,12 +64,12 @@ def write_file(path, text):
         os.close(fd)
 
 
-# Whether time passes only while nothing can run: no pause is too short then, on any host
+# Whether time only passes while nothing can run: then no pause is too short, on any host
 TIME_TRAVEL = 'time-travel' in read_file('/proc/cmdline').split()
 
 
 def wait(condition, timeout=60.0, step=0.005):
-    """Waits until condition() is true, or the time is up. -> its last value
+    """Waits until condition() is true or the timeout expires. -> its last value
 
     The timeout is for failures: it allows for a busy host.
     """

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Signs of trouble in a kernel's log. The only list, for the test kernel and for Debian's kernels.
+"""Signs of trouble in a kernel log. The only list, for the test kernel and for Debian's kernels.
 
-Each entry has a line that it must find, and that the others must not hide: unit/test_kernel_trouble
-plants them.
+Each entry has a line that it must match, and that no other entry may hide;
+unit/test_kernel_trouble checks this.
 """
 
 import re
 
-# (regular expression, a line of a kernel's that it finds)
+# (regular expression, a line of a kernel log that it matches)
 TROUBLE = (
     (r'\bBUG\b', 'BUG: kernel NULL pointer dereference, address: 0000000000000008'),
     (r'\bWARNING: ', 'WARNING: CPU: 0 PID: 1 at drivers/tty/tty_io.c:1 tty_open+0x1/0x2'),
@@ -31,7 +31,7 @@ TROUBLE = (
     (r'\bOops\b', 'Oops: 0000 [#1] PREEMPT SMP NOPTI'),
     (r'Kernel panic', 'Kernel panic - not syncing: Attempted to kill init!'),
     (r'stack-protector', 'stack-protector: Kernel stack is corrupted in: xy3_open'),
-    # ... but the HID core writes it of a torn report descriptor, which is the test's own
+    # ... but the HID core logs it for a truncated report descriptor, which a test uses
     (r'[Uu]nbalanced (?!(collection|delimiter) at end of report)',
      'Unbalanced enable for IRQ 4'),
     (r'self-detected stall', 'rcu: rcu_preempt self-detected stall on CPU'),
@@ -48,12 +48,12 @@ TROUBLE = (
 )
 _ANY = re.compile('|'.join(pattern for pattern, _ in TROUBLE))
 
-# Only lines with the kernel's time stamp count: what a program prints is not the kernel's word.
+# Only lines with the time stamp of the kernel count, not the output of programs.
 _KERNEL_LINE = re.compile(r'^\[ *\d+\.\d+\] (.*)')
 
 
 def trouble(log, allowed=lambda text: False):
-    """-> the lines of a kernel's log, without time stamps, that are signs of trouble; each once"""
+    """-> the lines of a kernel log, without time stamps, that are signs of trouble; each once"""
     found = {}
     for line in log.splitlines():
         match = _KERNEL_LINE.match(line.rstrip('\r'))

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""xy3ctl with a scanhead of a made-up /sys and /dev, for tests that require no kernel.
+"""xy3ctl with a scanhead in an artificial /sys and /dev, for tests that require no kernel.
 
 The tool runs in a mount namespace in which these trees are /sys and /dev. The files accept
-everything: what the drivers refuse is tested with them, in tools/test_xy3ctl.py. The scans of a
+all writes: refusals of the drivers are tested in tools/test_xy3ctl.py. The scans of a
 stream are in /dev/iio:device0 afterwards.
 """
 
@@ -96,7 +96,7 @@ class PlantedHead:
             pass
 
     def scans(self):
-        """-> what was streamed since forget()"""
+        """-> the data streamed since forget()"""
         with open(self.node, 'rb') as file:
             data = file.read()
         columns = len(self.axes) + self.gate

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Reads a PNG file as another program would: 8 bits, RGB or a palette, no filter."""
+"""An independent reader of PNG files: 8 bits, RGB or a palette, no filter."""
 
 import struct
 import zlib

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """The pendant as a USB gadget: /dev/raw-gadget over dummy_hcd.
 
-Beside vhci_hcd because vhci refuses a system suspend while a device is plugged in.  dummy_hcd
-does suspend, and resumes the device as hardware would.
+Used in addition to vhci_hcd, which refuses a system suspend while a device is plugged in.
+dummy_hcd suspends, and resumes the device like hardware.
 """
 
 import errno
@@ -31,7 +31,7 @@ EP0_STALL = 0x550C
 CONNECT, CONTROL, SUSPEND, RESUME, RESET, DISCONNECT = 1, 2, 3, 4, 5, 6
 EVENT_NAMES = {CONNECT: 'connect', SUSPEND: 'suspend', RESUME: 'resume', RESET: 'reset',
                DISCONNECT: 'disconnect'}
-WAKE = signal.SIGUSR1               # gets a thread out of an ioctl
+WAKE = signal.SIGUSR1               # interrupts an ioctl of a thread
 
 
 def transfer(endpoint, data):
@@ -42,7 +42,7 @@ def transfer(endpoint, data):
 class GadgetPendant(UsbDevice):
     """One pendant on the first dummy_hcd.
 
-    gadget_events   names of what the bus did: connect, reset, suspend, resume, disconnect
+    gadget_events   names of bus events: connect, reset, suspend, resume, disconnect
     """
 
     phys = 'usb-dummy_hcd.0-1/input0'
@@ -113,7 +113,7 @@ class GadgetPendant(UsbDevice):
             except InterruptedError:
                 continue
             except OSError:
-                time.sleep(0.001)           # reset or disconnected in mid-transfer
+                time.sleep(0.001)           # reset or disconnected during the transfer
 
     def _request(self, setup):
         kind, request, _, _, length = SETUP.unpack(setup)
@@ -132,7 +132,7 @@ class GadgetPendant(UsbDevice):
 
     def _configure(self):
         if self._endpoint is None or not self.configured.is_set():
-            # a bytearray: fcntl hands back the ioctl's own value only then
+            # a bytearray: only then fcntl returns the value of the ioctl
             self._endpoint = fcntl.ioctl(self._fd, EP_ENABLE,
                                          bytearray(self.endpoint_descriptor + bytes(2)))
             fcntl.ioctl(self._fd, VBUS_DRAW, struct.pack('<I', 50))
@@ -140,7 +140,7 @@ class GadgetPendant(UsbDevice):
         self.configured.set()
 
     def _set_report(self, setup, length):
-        """The data stage comes before the decision; a stall is possible before it only."""
+        """The data stage precedes the decision; a stall is only possible before it."""
         if self._fault.kind == 'stall':
             _, _, value, index, _ = SETUP.unpack(setup)
             action, _ = self.set_report(value, index, b'')

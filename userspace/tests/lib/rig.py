@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""What the end-to-end tests of the pendant share: the driver's module, a virtual pendant that it
-drives, and access to both ends (libevdev, sysfs, hidraw).
+"""Fixtures for the end-to-end tests of the pendant: the module, a virtual pendant bound to it, and
+access to both ends (libevdev, sysfs, hidraw).
 
 The tests run as root of a guest, never on the machine itself. TEST_WORLD is the kind of guest:
 
@@ -41,13 +41,13 @@ IN_DISTRO = os.environ.get('TEST_WORLD', 'uml') == 'distro'
 if IN_DISTRO:
     from harness import hid_xhc
 
-# Seconds to wait for what must come; reached only in failure. In the test kernel time runs at the
-# host's pace while a program runs, and on a busy host none gets far in a second; when all wait, it
-# skips to the next timer and costs nothing. In an emulated machine udevd and modprobe take seconds.
+# Timeout in seconds for expected events; only reached on failure. In the test kernel time passes as
+# on the host while a program runs, and a busy host makes little progress in a second; when all
+# wait, it skips to the next timer. In an emulated machine udevd and modprobe take seconds.
 PATIENCE = 60 if IN_DISTRO else 30
-PAUSE = 0.05 if IN_DISTRO else 0.01     # between two looks, which slow down what is waited for
+PAUSE = 0.05 if IN_DISTRO else 0.01     # between polls, which slow down the guest
 
-# what the LCD shows, of the HB03 and HB04 and of the WHB04B
+# fields of the LCD of the HB03 and HB04, and of the WHB04B
 DISPLAYED = (*COORDINATES, *NUMBERS, 'step', 'icon', 'state', 'day')
 DISPLAYED_WHB04B = (*whb04b.ROWS, *whb04b.NUMBERS, 'mode', 'coordinates', 'reset')
 DECIMAL = COORDINATES + whb04b.ROWS
@@ -58,7 +58,7 @@ LAST_KEY = {'HB03': 0x17, 'HB04': 0x17, 'WHB04B': 0x10}
 
 
 def wait(condition, timeout=PATIENCE):
-    """Waits until condition() is true, or the time is up. -> its last value"""
+    """Waits until condition() is true or the timeout expires. -> its last value"""
     return find.wait(condition, timeout, PAUSE)
 
 
@@ -72,7 +72,7 @@ def load(parameters=''):
 
 def unload():
     if IN_DISTRO:
-        hid_xhc.unload()        # and looks for what it has left in memory
+        hid_xhc.unload()        # and checks for leaked memory
     else:
         unload_module(MODULE)
 
@@ -108,18 +108,18 @@ class EvdevReader:
                 if self.device.value[code]]
 
     def _fill(self, timeout):
-        """libevdev's Python binding hides ENODEV: a device that has gone is known by poll()."""
+        """libevdev's Python binding hides ENODEV: a removed device is detected by poll()."""
         poll = select.poll()
         poll.register(self.fd, select.POLLIN)
         ready = poll.poll(max(0, timeout * 1000))
         if ready and ready[0][1] & (select.POLLHUP | select.POLLERR):
-            raise OSError(errno.ENODEV, 'the device has gone; events before: %s' % self.seen)
+            raise OSError(errno.ENODEV, 'the device was removed; events before: %s' % self.seen)
         if ready:
             self.seen += [(event.type.name, event.code.name, event.value)
                           for event in self.device.events()]
 
     def packet(self, timeout=PATIENCE):
-        """Events up to the next SYN_REPORT, without it; None if none comes in time."""
+        """Events up to the next SYN_REPORT, without it; None after the timeout."""
         deadline = time.monotonic() + timeout
         while True:
             for at, (kind, code, _) in enumerate(self.seen):
@@ -133,11 +133,11 @@ class EvdevReader:
 
 
 class EvdevRecorder:
-    """A program that reads an event node until its device goes.
+    """A program that reads an event node until the device is removed.
 
-    evdev drops what has not been read when the device goes. The program therefore has a real-time
-    priority, and waits in read(): it is the first to run when the driver has sent the events and
-    waits for something itself. It is not a thread of this process, which others could delay.
+    evdev drops unread events when the device is removed. Therefore the program has a real-time
+    priority and waits in read(): it is the first to run when the driver has sent the events and
+    waits itself. It is not a thread of this process, which other threads could delay.
     """
 
     EVENT = struct.Struct('@qqHHi')
@@ -154,15 +154,15 @@ class EvdevRecorder:
         try:
             return node in [os.readlink(os.path.join(folder, name)) for name in os.listdir(folder)]
         except FileNotFoundError:
-            return False            # it has just closed another one
+            return False            # it has closed another file meanwhile
 
     def _sleeps(self):
-        """Whether it waits in read(), and not, for instance, for a page of its own code"""
+        """Whether it waits in read(), not for something else, such as a page of its code"""
         stat = read_file('/proc/%d/stat' % self.program.pid)
         return stat.rpartition(')')[2].split()[0] == 'S'
 
     def _events(self):
-        """(type, code, value) by name of all whole events so far."""
+        """(type, code, value) by name of all complete events so far."""
         size = self.EVENT.size
         whole = self.data[:len(self.data) // size * size]
         for _, _, kind, code, value in self.EVENT.iter_unpack(whole):
@@ -194,7 +194,7 @@ class EvdevRecorder:
 
 
 class Rig:
-    """A virtual pendant that hid-xhc drives, and access to both its ends."""
+    """A virtual pendant bound to hid-xhc, and access to both ends."""
 
     def __init__(self, model='HB04', device=None, **options):
         self.device = device or (UsbPendant if IN_DISTRO else UhidPendant)(model, **options)
@@ -202,14 +202,14 @@ class Rig:
         self.reader = None
         self.event_node = None
         self.hidraw_node = None
-        self.frames_before = 0      # frames of the device before the driver began to count
+        self.frames_before = 0      # frames of the device before the counters of the driver started
         self.held = (0, 0, None)    # keys and selector of the last report
         self.random = 0             # byte 1 of the next report of a WHB04B
 
-    # --- coming and going -----------------------------------------------------------------
+    # --- plug and unplug ------------------------------------------------------------------
 
     def plug(self, first_frame=True):
-        """Plugs it in and waits until the driver has it (and the display its first frame)."""
+        """Plugs it in and waits until the driver is bound (and the display has its first frame)."""
         self.frames_before = self.device.frame_count
         self.device.plug()
         self.wait_bound()
@@ -218,7 +218,7 @@ class Rig:
         return self
 
     def wait_bound(self):
-        """Until the driver has it, with attributes and nodes."""
+        """Waits until the driver is bound, with attributes and nodes."""
         self.path = wait(self._driven)
         if not self.path:
             raise AssertionError('hid-xhc does not bind to %s' % self.device.phys)
@@ -247,7 +247,7 @@ class Rig:
             self.reader = None
 
     def look_again(self):
-        """Opens the event node anew: libevdev reads the keymap and the state only then."""
+        """Reopens the event node: libevdev only reads the keymap and the state on open."""
         self.close_reader()
         self.reader = EvdevReader(self.event_node)
 
@@ -256,14 +256,14 @@ class Rig:
         self.device.detach()
         self.wait_gone()
         if self.path and isinstance(self.device, UsbPendant):
-            # the HID device may have gone before; a hub that has not yet noticed that a port was
-            # empty takes the next device there for this one
+            # the HID device may be removed earlier; a hub that has not yet detected the empty
+            # port takes the next device there for this one
             usb_device = os.path.dirname(os.path.dirname(self.path))
             assert wait(lambda: not os.path.exists(usb_device)), '%s stays' % usb_device
         self.path = None
 
     def wait_gone(self):
-        """Until the kernel has noticed that the device has gone."""
+        """Waits until the kernel has removed the device."""
         if self.path and not wait(lambda: not os.path.exists(self.path)):
             raise AssertionError('%s does not go away' % self.path)
 
@@ -277,7 +277,7 @@ class Rig:
     # --- sysfs ----------------------------------------------------------------------------
 
     def file(self, name):
-        """dro/work_x, stats/reports, awake: work_x and reports will do."""
+        """Path of an attribute; the folders dro/ and stats/ may be left out."""
         for folder in ('dro', 'stats', ''):
             path = os.path.join(self.path, folder, name)
             if os.path.isfile(path):
@@ -298,7 +298,7 @@ class Rig:
         write_file(self.file(name), text)
 
     def set_error(self, name, text):
-        """-> name of the error that the write ends with, or None"""
+        """-> name of the error of the write, or None"""
         try:
             self.set(name, text)
         except OSError as error:
@@ -308,44 +308,44 @@ class Rig:
     # --- display --------------------------------------------------------------------------
 
     def flush(self):
-        """Sends a frame and waits for it; -> what the LCD shows"""
+        """Sends a frame and waits for it; -> the fields of the LCD"""
         self.set('flush', '1')
-        # the device's count is behind the driver's when it sees the requests by usbmon
+        # the count of the device lags if it receives the requests from usbmon
         assert self.device.wait_frames(self._frames_sent(), PATIENCE), 'flush sent no frame'
         return self.device.lcd.as_dict()
 
     def _frames_sent(self):
-        """Frames of the device that the driver knows of."""
+        """Number of frames of the device that the driver has counted."""
         return self.frames_before + self.stat('frames_sent')
 
     def count_frames_anew(self):
-        """After a lack of memory, in which usbmon drops requests that the driver has sent."""
+        """After failed allocations, for which usbmon drops requests that the driver has sent."""
         count = self.device.frame_count
         while self.device.wait_frames(count + 1, 0.5):
             count = self.device.frame_count
         self.frames_before = count - self.stat('frames_sent')
 
     def shown(self, name):
-        """A value on the LCD, written as the driver's attribute has it; None: nothing is shown"""
+        """A value on the LCD in the format of the driver's attribute; None: the LCD is blank"""
         if self.device.lcd is None:
             return None
         value = str(self.device.lcd.as_dict()[name])
         return normal_number(value) if name in DECIMAL else value
 
     def shows(self, name, value, timeout=PATIENCE):
-        """Waits until the LCD shows it; -> whether it does"""
+        """Waits until the LCD shows the value; -> whether it does"""
         return self.device.wait_for(
             lambda: self.device.lcd and self.device.lcd.as_dict()[name] == value, timeout)
 
     @property
     def displayed(self):
-        """Names of the attributes that the LCD shows"""
+        """Names of the attributes that are displayed on the LCD"""
         return DISPLAYED_WHB04B if self.device.model.feed else DISPLAYED
 
     def settle(self):
-        """Waits until the driver has nothing to send; -> how many frames have come in all
+        """Waits until the driver has nothing to send; -> total number of received frames
 
-        That is when the LCD shows the values of the attributes, and the driver knows that.
+        Then the LCD shows the values of the attributes, and the driver has counted its frame.
         """
         assert wait(self._settled), 'the LCD does not show the values of the attributes'
         return self.device.frame_count
@@ -359,16 +359,16 @@ class Rig:
         return wanted == {name: self.shown(name) for name in self.displayed}
 
     def no_more_frames(self, count, seconds=0.5):
-        """Whether `count` frames have come, and no other one in this time."""
+        """Whether `count` frames were received, and no more in this time."""
         return not self.device.wait_frames(count + 1, seconds) and self.device.frame_count == count
 
     # --- pendant --------------------------------------------------------------------------
 
     def report(self, key1=0, key2=0, selector=None, wheel=0, day=None, feed=0):
-        """One good input report, with the day or seed of the last frame unless another is given.
+        """Sends a valid input report, by default with the day or seed of the last frame.
 
-        Without a selector it is off. Without `feed`, the second rotary of a WHB04B, that is 0, not
-        known, as in no report of a real one but that of sleep; so there is no event of it.
+        The selector is off by default. `feed`, the second rotary of a WHB04B, is 0 (unknown) by
+        default, which real units only send on sleep; it causes no event.
         """
         device = self.device
         self.held = (key1, key2, selector)
@@ -384,7 +384,7 @@ class Rig:
                              whb04b.check_byte(self.random, key1, seed)]))
 
     def asleep(self):
-        """The report of sleep, with the one that follows it on a WHB04B."""
+        """Sends the sleep report, and the one that follows it on a WHB04B."""
         if self.device.model.feed:
             for _ in range(2):
                 self.report(selector=0)
@@ -405,7 +405,7 @@ def pressed(scan, name=None):
 
 
 def selected(was, now):
-    """What a turn of the selector gives, by number of position."""
+    """The events of a turn of the selector, by number of position."""
     events = [('EV_ABS', 'ABS_MISC', now)]
     if was:
         events.append(('EV_KEY', KEY[30 + was], 0))
@@ -419,11 +419,11 @@ def turned(detents):
 
 
 class Case(case.Case):
-    """A test with the driver loaded; what it plugs in is unplugged after it."""
+    """A test with the driver loaded; its pendants are unplugged after it."""
 
     def set_up(self):
         if IN_DISTRO:
-            hid_xhc.will_come()                 # by udevd
+            hid_xhc.will_come()                 # loaded by udevd
         elif not loaded():
             load()
 
@@ -438,11 +438,11 @@ class Case(case.Case):
         return rig.plug(first_frame)
 
     def assert_packet(self, rig, events):
-        """The next SYN_REPORT brings exactly these events."""
+        """The next packet consists of exactly these events."""
         assert rig.packet() == events
 
     def assert_lets_go(self, pendant, go):
-        """All keys are up and the selector is off in one packet when go() takes the device away."""
+        """When go() removes the device one packet releases all keys and turns the selector off."""
         program = EvdevRecorder(pendant.event_node)
         self.add_cleanup(program.close)
         pendant.report(1, 2, 0x12)
@@ -454,13 +454,13 @@ class Case(case.Case):
                         [('EV_SYN', 'SYN_REPORT', 0)]), rest
 
     def assert_silent(self, rig):
-        """What was sent last makes no event: the next one is that of a turn of the wheel."""
+        """The last report causes no event: the next event is that of a turn of the wheel."""
         rig.report(*rig.held, wheel=1)
         self.assert_packet(rig, turned(1))
 
 
 class KernelLog:
-    """Messages of the kernel from now on."""
+    """Reads kernel messages from now on."""
 
     def __init__(self):
         self.fd = os.open('/dev/kmsg', os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
@@ -474,7 +474,7 @@ class KernelLog:
                 record = os.read(self.fd, 8192).decode(errors='replace')
             except BlockingIOError:
                 return found
-            except BrokenPipeError:             # the ring overtook us
+            except BrokenPipeError:             # messages were overwritten
                 continue
             found.append(record.partition(';')[2].split('\n')[0])
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Threads that use a device from all sides while a test takes it away."""
+"""Threads that use all interfaces of a device while a test removes it."""
 
 import random
 import termios
@@ -10,15 +10,15 @@ from kernel import wait
 
 
 class StressUsers:
-    """Threads, each of which repeats one action, a function of a random.Random, until the end.
+    """Threads that each repeat one action, a function of a random.Random, until stopped.
 
-    done: {name of an action: how often it has succeeded}
-    unexpected: anything but success and the errors in `tolerated`
+    done: {name of an action: number of successes}
+    unexpected: results other than success and the errors in `tolerated`
     """
 
     def __init__(self, actions, tolerated, pause, seed=0):
         self.tolerated = tolerated
-        self.pause = pause          # seconds between two turns of a thread: there is one processor
+        self.pause = pause          # seconds between two actions of a thread, on one CPU
         self.seed = seed
         self.stop = threading.Event()
         self.done = {action.__name__: 0 for action in actions}
@@ -34,7 +34,7 @@ class StressUsers:
                 action(dice)
                 self.done[name] += 1
             except (OSError, termios.error) as error:
-                if error.args[0] not in self.tolerated:        # its number
+                if error.args[0] not in self.tolerated:        # errno
                     self.unexpected.append('%s: %s' % (name, error))
             except Exception as error:
                 self.unexpected.append('%s: %r' % (name, error))
@@ -53,11 +53,11 @@ class StressUsers:
                 self.unexpected.append('%s hangs' % thread.name)
 
     def all_done(self, least):
-        """Whether each action has succeeded that often."""
+        """Whether each action has succeeded that number of times."""
         return min(self.done.values()) >= least
 
     def wait_done(self, least, timeout):
-        """Waits until it has. -> whether it has"""
+        """Waits until it has, or for the timeout. -> whether it has"""
         return wait(lambda: self.all_done(least), timeout)
 
     def __str__(self):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Runs xhcctl or xy3ctl as people and scripts do. TOOLS is the folder that has them."""
+"""Runs xhcctl or xy3ctl like users and scripts. TOOLS is the folder of the programs."""
 
 import json
 import os
@@ -16,12 +16,12 @@ BUILD = os.path.realpath(os.path.join(HERE, '..', '..', '..', 'build'))
 TOOLS = os.environ.get('TOOLS', '')
 SOURCE = os.path.join(HERE, '..', '..', 'tools')
 OK, FAILURE, USAGE, NO_DEVICE = range(4)
-INTERRUPTED = 130        # by SIGINT, as a shell counts it
-PATIENCE = 60           # seconds; reached only in failure
+INTERRUPTED = 130        # by SIGINT, the status of a shell
+PATIENCE = 60           # seconds; only reached on failure
 
 
 def build(name, flags, *goals):
-    """For tests without TOOLS. -> the folder that has the tools, in build/"""
+    """For tests without TOOLS. -> the folder of the tools, in build/"""
     folder = os.path.join(BUILD, name)
     subprocess.run(['make', '-s', '-j%d' % os.cpu_count(), '-C', SOURCE, 'O=' + folder,
                     'CFLAGS=-Werror ' + flags, *goals], check=True, stdout=sys.stderr)
@@ -94,7 +94,7 @@ class Running:
         return self._read_line().rstrip('\n')
 
     def until(self, wanted):
-        """-> the lines up to the first that has `wanted` in it"""
+        """-> the lines up to the first one that contains `wanted`"""
         lines = []
         while not lines or wanted not in lines[-1]:
             line = self._read_line()
@@ -108,7 +108,7 @@ class Running:
         return self.end()
 
     def end(self, timeout=60):
-        """-> (status, rest of the output, words on standard error)"""
+        """-> (status, rest of the output, text on standard error)"""
         output, errors = self.process.communicate(timeout=timeout)
         return self.process.returncode, (self.rest + output).decode(), errors.decode()
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""This machine's systemd-udevd with the rules of this tree, in the test kernel."""
+"""The systemd-udevd of this machine with the rules of this tree, in the test kernel."""
 
 import contextlib
 import glob
@@ -11,7 +11,7 @@ from kernel import wait
 
 SOURCE = os.path.join(os.path.dirname(os.path.realpath(__file__)), '..', '..', 'udev')
 RULES = '/run/udev/rules.d'
-# it does nothing in what it takes for a chroot
+# it does nothing if it detects a chroot
 ENVIRONMENT = {**os.environ, 'SYSTEMD_IGNORE_CHROOT': '1'}
 
 
@@ -25,7 +25,7 @@ def running():
                                    stderr=log)
     try:
         assert wait(lambda: os.path.exists('/run/udev/control')), 'no udevd'
-        # it answers when it also listens to the kernel, which is later
+        # it answers once it also receives events of the kernel, which is later
         subprocess.run(['udevadm', 'control', '--ping'], env=ENVIRONMENT, check=True)
         yield
     finally:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""xhcctl as tests run it: with the layouts of this tree, and followed line by line."""
+"""xhcctl for tests: with the layouts of this tree, and its output line by line."""
 
 import os
 import queue
@@ -13,8 +13,8 @@ xhcctl = Tool('xhcctl')
 
 
 def environment(**more):
-    # the programs are built with sanitizers; what they find is an exit status no verb has
-    # (not leaks: that one stops the program by ptrace, which a UML kernel does itself)
+    # the programs are built with sanitizers; errors that they find have an exit status of their own
+    # (without leaks: that sanitizer uses ptrace, which is used by the UML kernel itself)
     return {**os.environ, 'XHC_LAYOUTS': LAYOUTS, 'TZ': 'UTC', 'TERM': 'xterm',
             'ASAN_OPTIONS': 'exitcode=99:detect_leaks=0',
             'UBSAN_OPTIONS': 'halt_on_error=1:exitcode=99', **more}
@@ -55,7 +55,7 @@ def run(*arguments, text=None, timeout=60, **options):
 
 
 class Follower:
-    """A verb that keeps running: its lines as they arrive."""
+    """A verb that keeps running: its lines as they are printed."""
 
     def __init__(self, *arguments, **options):
         self.process = start(*arguments, **options)
@@ -69,7 +69,7 @@ class Follower:
         self.lines.put(None)
 
     def line(self, timeout=30):
-        """The next line; None at the end.  queue.Empty when none comes in time."""
+        """The next line; None at the end.  queue.Empty after the timeout."""
         return self.lines.get(timeout=timeout)
 
     def document(self):
@@ -86,7 +86,7 @@ class Follower:
             lines.append(line)
 
     def end(self, signal=None):
-        """-> exit status, and what was said on standard error"""
+        """-> exit status, and text on standard error"""
         if signal is not None:
             self.process.send_signal(signal)
         err = self.process.stderr.read().decode()
