@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The display: what is written to dro/ is read back, checked, sent, and shown on the LCD."""
+"""The display: values written to dro/ are read back, checked, sent, and shown on the LCD."""
 
 import os
 import random
@@ -12,7 +12,7 @@ import rig
 from rig import Case, KernelLog, read_file
 from xhc_sim.lcd import COORDINATES, NUMBERS
 
-# Written, read back, on the LCD.  "seed": the seed document's own examples.
+# Written, read back, on the LCD.  "seed": examples of the seed document.
 COORDINATES_HB04 = (
     ('135.17', '135.17', '135.1700'),           # seed
     ('-77.89', '-77.89', '-77.8900'),           # seed
@@ -117,7 +117,7 @@ class TestShape(Case):
 
 class TestValues(Case):
     def refused(self, pendant, name, texts, error):
-        """Each text is refused with this error, and nothing changes or is sent."""
+        """Each text is refused with this error; nothing is changed or sent."""
         before, frames = pendant.get(name), pendant.settle()
         for text in texts:
             with row(name, text=text[:70], error=error):
@@ -179,7 +179,7 @@ class TestValues(Case):
         self.refused(pendant, 'step', ['2', '-1', '1001', '11', '4294967296'], 'ERANGE')
 
     def test_step_code(self):
-        """What has no multiplier is written as its code, as with the bits of `state`."""
+        """A step without a multiplier is written as its code, like bits of `state`."""
         pendant = self.plug()
         pendant.set('icon', '9')
         for written, read, code in (('0x0b', '0x0b', 0x0B), ('0xf', '0x0f', 0x0F),
@@ -327,7 +327,7 @@ class TestPosition(Case):
         assert pendant.no_more_frames(frames)
 
     def test_no_frame_is_mixed(self):
-        """Two writers, each with all six the same: so must every frame and every read be."""
+        """Two writers, each with six equal values: so must be those of all frames and reads."""
         pendant = self.plug()
         pendant.set('refresh_ms', '10')
         stop = time.monotonic() + 1.0
@@ -338,7 +338,7 @@ class TestPosition(Case):
                 pendant.set('position', ' '.join([value] * 6))
                 if len(set(pendant.get('position').split())) != 1:
                     mixed.append('read')
-                time.sleep(0.001)           # one processor has to do for all of us
+                time.sleep(0.001)           # all threads share one processor
 
         def look(picture):
             if len(set(picture.coordinates.values())) != 1:
@@ -357,7 +357,7 @@ class TestPosition(Case):
 class TestWorker(Case):
     @staticmethod
     def pauses(pendant, frames):
-        """Seconds between the end of each frame and the beginning of the next, the last ones."""
+        """Seconds between the end of each frame and the start of the next, for the last frames."""
         begins = [r.time for r in pendant.device.set_reports if r.data[1:3] == b'\xfe\xfd']
         ends = [when for when, _ in pendant.device.frames]
         assert len(begins) == len(ends)
@@ -381,7 +381,7 @@ class TestWorker(Case):
         assert pendant.device.lcd.faults == []
 
     def test_a_short_burst_is_one_frame(self):
-        """Short: the driver waits at least 5 ms for the rest of a burst."""
+        """A short interval: the driver waits at least 5 ms for the rest of a burst."""
         pendant = self.plug()
         files = [os.open(pendant.file(name), os.O_WRONLY) for name in (
             'work_x', 'machine_z', 'feedrate', 'spindle_override', 'icon')]
@@ -434,7 +434,7 @@ class TestWorker(Case):
         assert pendant.device.frame_count == before + 1
 
     def test_there_and_back_sends_nothing_new(self):
-        """Only what the display does not show yet is worth a frame."""
+        """Only values that the display does not show yet cause a frame."""
         pendant = self.plug()
         pendant.set('refresh_ms', '1000')
         pendant.flush()                     # the next frame is due in a second
@@ -475,7 +475,7 @@ class TestWorker(Case):
         assert results == [None] * 8
 
     def test_a_slow_pendant_blocks_no_writer(self):
-        """All writes are over before the frame is that was on its way."""
+        """All writes return before the end of the frame in progress."""
         pendant = self.plug()
         frames = pendant.settle()
         pendant.device.fault = 'slow:400'           # a frame takes more than two seconds
@@ -486,7 +486,7 @@ class TestWorker(Case):
         assert pendant.device.lcd.coordinates['work_x'] == '1.0000'
 
     def test_a_dead_pendant_blocks_no_writer(self):
-        """All writes are over before the transfer is, which takes five seconds."""
+        """All writes return before the end of the transfer, which takes five seconds."""
         pendant = self.plug()
         pendant.settle()
         pendant.device.fault = 'timeout'
@@ -495,7 +495,7 @@ class TestWorker(Case):
 
     @staticmethod
     def write_beside_a_frame(pendant, count):
-        """Writes while a frame is on its way; -> number of requests when it had begun"""
+        """Writes while a frame is being sent; -> number of requests at its start"""
         sent = len(pendant.device.set_reports)
         pendant.set('work_x', '1')
         assert pendant.device.wait_for(lambda: len(pendant.device.set_reports) > sent)
@@ -511,7 +511,7 @@ class TestFailure(Case):
         pendant = self.plug()
         pendant.settle()
         pendant.device.set_fault('stall', count=1)
-        assert pendant.set_error('flush', '1') == 'EIO'    # all that uhid can say
+        assert pendant.set_error('flush', '1') == 'EIO'    # the only error of uhid
         assert pendant.stat('frame_errors') == 1
 
     def test_flush_tells_of_a_pendant_that_is_silent(self):
@@ -520,7 +520,7 @@ class TestFailure(Case):
         pendant.device.set_fault('timeout', count=1)
         start = time.monotonic()
         assert pendant.set_error('flush', '1') == 'EIO'
-        assert time.monotonic() - start < 9         # one time-out, not two
+        assert time.monotonic() - start < 9         # one timeout, not two
         assert pendant.set_error('flush', '1') is None
 
     def test_flush_after_a_failure_does_not_wait(self):
@@ -531,7 +531,7 @@ class TestFailure(Case):
         stalled = pendant.device.set_reports[-1]
         pendant.flush()
         begin = pendant.device.set_reports[list(pendant.device.set_reports).index(stalled) + 1]
-        assert begin.time - stalled.time < 0.9      # the driver itself tries again after a second
+        assert begin.time - stalled.time < 0.9      # the driver retries after a second
 
     def test_again_after_a_second_with_the_newest(self):
         pendant = self.plug()
@@ -559,7 +559,7 @@ class TestFailure(Case):
         assert pendant.stat('frame_errors') == 4
 
     def test_at_each_chunk(self):
-        """A frame that broke off is begun anew, whole."""
+        """An incomplete frame is sent again from its start."""
         pendant = self.plug()
         for skip in range(6):
             with row(skip=skip):
@@ -595,7 +595,7 @@ class TestFailure(Case):
 
 
 class TestCalendar(Case):
-    """The clock is the test kernel's own."""
+    """The clock is that of the test kernel."""
 
     def set_up(self):
         super().set_up()
@@ -669,7 +669,7 @@ class TestCalendar(Case):
         self.set_clock(2027, 3, 5, 23, 59, 50)
         pendant.set('work_x', '1')
         assert pendant.shows('day', 5)
-        assert pendant.shows('day', 6)          # and midnight is the right one
+        assert pendant.shows('day', 6)          # and midnight is that of the time zone
 
     def test_a_day_that_was_set_stays(self):
         pendant = self.plug()

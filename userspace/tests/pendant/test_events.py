@@ -24,7 +24,7 @@ KEYMAP_ENTRY = struct.Struct('<BBHI32s')        # flags, len, index, keycode, sc
 KEY_A, KEY_B, BTN_TRIGGER_HAPPY1 = 30, 48, 0x2C0
 EVTEST_DOWN = 10                                # exit status of evtest --query
 
-# Selector's byte -> ABS_MISC.  HB03 by the seed's table; HB04 as units in the field have it.
+# Selector byte -> ABS_MISC.  HB03 by the table of the seed document; HB04 as real units send it.
 SELECTOR = {
     'HB03': {0x00: 0, 0x11: 1, 0x12: 2, 0x13: 3, 0x18: 4, 0x14: 5, 0x15: 6},
     'HB04': {0x00: 0, 0x11: 1, 0x12: 2, 0x13: 3, 0x18: 4, 0x15: 5, 0x14: 6},
@@ -74,7 +74,7 @@ class TestDevice(Case):
         assert later.device.value[rig.libevdev.EV_KEY.BTN_TRIGGER_HAPPY33] == 1
 
     def test_reports_flow_before_anybody_opens_the_node(self):
-        """The state must be known when a reader comes, so the driver listens from probe on."""
+        """The driver receives reports from probe on, to know the state when the node is opened."""
         pendant = self.plug()
         pendant.close_reader()
         assert pendant.device.opened
@@ -85,7 +85,7 @@ class TestDevice(Case):
         assert later.device.value[rig.libevdev.EV_ABS.ABS_MISC] == 2
 
     def test_clone_by_new_id(self):
-        """The last number is the product id of the model that the clone is like."""
+        """The last number is the product id of the model that the clone resembles."""
         self.add_cleanup(rig.load)
         self.add_cleanup(rig.unload)
         write_file(rig.DRIVER_DIR + '/new_id', '3 10ce eb71 eb70')
@@ -229,7 +229,7 @@ class TestSelector(Case):
                                              for code, position in SELECTOR[model].items()})
 
     def test_swap_feed_spindle_of_one_pendant(self):
-        """It acts on the next report, also while the selector is at one of the two."""
+        """It takes effect on the next report, also while the selector is at one of the two."""
         one, two = self.plug(), self.plug()
         for pendant in (one, two):
             assert pendant.get('swap_feed_spindle') == '0'
@@ -248,7 +248,7 @@ class TestSelector(Case):
         assert one.set_error('swap_feed_spindle', 'x') == 'EINVAL'
 
     def test_swap_feed_spindle_parameter_is_the_default(self):
-        """Of a pendant that is plugged in from now on."""
+        """It applies to pendants that are plugged in later."""
         before = self.plug()
         write_file(PARAMETER, 'Y')
         self.add_cleanup(write_file, PARAMETER, 'N')
@@ -287,7 +287,7 @@ class TestSelector(Case):
     @pytest.mark.parametrize('model', SELECTOR)
     def test_every_other_code_is_off(self, model):
         pendant = self.plug(model)
-        # 00h, which only a WHB04B that falls asleep sends, is off and known
+        # 00h, which a WHB04B only sends on falling asleep, is off and known
         unknown = [code for code in range(1, 256) if code not in SELECTOR[model]]
         for code in unknown:
             pendant.report(selector=0x11)
@@ -312,7 +312,7 @@ class TestWheel(Case):
         assert [pendant.packet() for _ in range(10)] == [turned(-3)] * 10
 
     def test_a_busy_reader_loses_nothing(self):
-        """A second of reports at the bus's full rate that nobody reads meanwhile."""
+        """A second of reports at the full rate of the bus, without reading."""
         pendant = self.plug()
         for number in range(500):
             pendant.report(wheel=1 if number % 3 else -1)
@@ -344,7 +344,7 @@ class TestOrder(Case):
         pendant = self.plug()
         for number in range(1000):
             pendant.report(key1=1 + number % 2, wheel=1)
-            if number % 10 == 9:        # evdev's buffer holds some hundred events
+            if number % 10 == 9:        # the buffer of evdev holds some hundred events
                 for _ in range(10):
                     assert pendant.packet()[-1:] == turned(1)
         assert pendant.stat('reports') == 1000
@@ -396,9 +396,9 @@ class TestSleep(Case):
 
     @staticmethod
     def watch(fd, ends):
-        """Polls and reads `awake` as a program does that waits as long as it takes.
+        """Polls and reads `awake` like a program that waits without a limit.
 
-        At its time-out poll() looks once more and sees that the file has gone, so time is taken.
+        At its timeout poll() checks again and finds the file removed, so the time is measured.
         """
         poll = select.poll()
         poll.register(fd, select.POLLPRI)
@@ -426,7 +426,7 @@ class TestSleep(Case):
                     self.add_cleanup(os.close, fd)
                     watcher = threading.Thread(target=self.watch, args=(fd, ends))
                     watcher.start()
-                    time.sleep(0.2)         # it is in poll() now
+                    time.sleep(0.2)         # the thread is in poll() now
                     getattr(pendant, way)()
                     watcher.join()
                     assert ends == ['ENODEV']
@@ -441,7 +441,7 @@ class TestSleep(Case):
 
 
 class TestLetting(Case):
-    """All up and off when the pendant or its driver goes: nothing may go on moving."""
+    """Keys are released and the selector is off after removal of the pendant or its driver."""
 
     @pytest.mark.distro
     def test_unplug(self):
@@ -520,14 +520,14 @@ class TestRemap(Case):
         self.remap(pendant, 0x21, KEY_B)
         assert pendant.reader.keys_down() == []
         pendant.report(0x04, 0x05, 0x11)
-        # no KEY_A: that was no press; but the selector is reported always
+        # no KEY_A: that was not a press; but the selector is always reported
         self.assert_packet(pendant, [('EV_KEY', 'KEY_B', 1)] + pressed(5))
         pendant.report()
         pendant.look_again()
         assert pendant.reader.keys_down() == []
 
     def test_two_keys_on_one_code(self):
-        """It is down while either is."""
+        """It is down while either key is down."""
         pendant = self.plug()
         self.remap(pendant, 0x02, BTN_TRIGGER_HAPPY1)
         pendant.report(1, 2)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Each allocation fails once: on the way through probe, a write to dro/, and insmod.
+"""Each allocation fails once: in probe, a write to dro/, and insmod.
 
-For n = 1, 2, 3, ... the n-th allocation of a call fails, until there is no n-th one any more; the
-call either works or fails cleanly. KASAN, lockdep and kmemleak watch, and in the end all works as
-before.
+For n = 1, 2, 3, ... the n-th allocation of a call fails, until there is no n-th one; the call
+either succeeds or fails cleanly. KASAN, lockdep and kmemleak are enabled, and at the end the driver
+works as before.
 """
 
 import os
@@ -17,8 +17,8 @@ from xhc_sim.uhid import UhidPendant
 
 class FaultCase(Case):
     def plug_gadget(self, model='HB04'):
-        """On USB by dummy_hcd and f_hid, which bear a want of memory.  vhci_hcd drops a URB for
-        which it has none, so that its owner waits for ever; raw_gadget goes out of service."""
+        """On USB by dummy_hcd and f_hid, which handle failed allocations.  vhci_hcd drops a URB for
+        which it has no memory, so that its owner waits forever; raw_gadget stops working."""
         return self.plug_rig(rig.Rig(device=HidGadgetPendant(model)))
 
 
@@ -71,7 +71,7 @@ class TestWalk(FaultCase):
         self.bind_walk(self.plug_gadget('HB03'), 40)
 
     def test_create_uhid(self):
-        """UHID_CREATE2 itself; the probe of this device then runs elsewhere, undisturbed."""
+        """UHID_CREATE2 itself; the probe of this device runs in another thread, without faults."""
         device = UhidPendant('HB04')
         event, fds = device.create_event(), []
 
@@ -91,7 +91,7 @@ class TestWalk(FaultCase):
         self.works(self.plug())
 
     def test_unbind(self):
-        """Going away must not need memory."""
+        """Removal must not require memory."""
         pendant = self.plug()
         pendant.close_reader()
 
@@ -106,7 +106,7 @@ class TestWalk(FaultCase):
         self.works(pendant)
 
     def test_write(self):
-        """A write that fails changes nothing."""
+        """A failed write changes nothing."""
         pendant = self.plug()
         values = {'position': ('1 2 3 4 5 6', '6 5 4 3 2 1'), 'work_x': ('7', '8'),
                   'feedrate': ('1', '2'), 'step': ('1', '5'), 'icon': ('1', '2'),
@@ -144,10 +144,10 @@ class TestWalk(FaultCase):
         self.works(pendant)
 
     def test_insmod(self):
-        """With a pendant there, so that the module's init also probes.
+        """With a pendant plugged in, so that the init of the module also probes.
 
-        Only what init does may fail: in load_module(), before it, the kernel warns when there is
-        no memory for a tracepoint's description.
+        Only allocations of init may fail: in load_module(), before it, the kernel warns if it
+        cannot allocate the description of a tracepoint.
         """
         rig.unload()
         device = UhidPendant('HB04')
@@ -181,7 +181,7 @@ class TestWalk(FaultCase):
 
 
 class TestWorker(FaultCase):
-    """Allocations beneath the driver's own code fail at random, in whatever thread."""
+    """Allocations called from the driver fail at random, in any thread."""
 
     def set_up(self):
         super().set_up()
@@ -208,7 +208,7 @@ class TestWorker(FaultCase):
         self.frames(self.plug_gadget())
 
     def test_events(self):
-        """Reports need no memory."""
+        """Reports require no memory."""
         pendant = self.plug()
         setup_failslab(*module_range(rig.MODULE))
         write_file(FAILSLAB + 'probability', '100')

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Devices that lie, break off, or never answer.  Beside each attack stands a good pendant."""
+"""Devices that send invalid data, abort, or never answer.  A good pendant runs during each test."""
 
 import errno
 import os
@@ -19,12 +19,12 @@ from xhc_sim.uhid import UhidPendant
 
 class TestDescriptors(Case):
     def refused(self, descriptor, product=None):
-        """-> whether the driver leaves a device with this descriptor alone"""
+        """-> whether the driver refuses a device with this descriptor"""
         device = UhidPendant('HB04', report_descriptor=descriptor, product=product)
         try:
             device.plug()
         except OSError:
-            return True                     # uhid itself will not have it
+            return True                     # refused by uhid
         try:
             path = rig.wait(lambda: find.hid_directory(device.phys))
             assert path, 'no HID device'
@@ -64,7 +64,7 @@ class TestDescriptors(Case):
         assert {len(r.data) for r in pendant.device.set_reports} == {8}
 
     def test_cut_at_every_byte(self):
-        """Each of these is refused or works; none may do harm."""
+        """Each of these is refused or works, without side effects."""
         for size in range(len(REPORT_DESCRIPTOR)):
             with row(size=size):
                 self.refused(REPORT_DESCRIPTOR[:size])
@@ -109,7 +109,7 @@ class TestReports(Case):
         self.assert_packet(pendant, pressed(1))
 
     def test_wrong_id(self):
-        """The HID core drops ids that the descriptor does not have."""
+        """The HID core drops ids that are not in the descriptor."""
         pendant = self.plug()
         for number in (0, 1, 3, 5, 6, 0x84, 0xFF):
             pendant.device.report(bytes([number, 1, 2, 0x11, 5, 0]))
@@ -137,7 +137,7 @@ class TestReports(Case):
         assert pendant.get('awake') == '1'
 
     def test_every_byte_everywhere(self):
-        """All values of all fields: the driver stays sane and a sleep report clears all."""
+        """All values of all fields: the driver keeps working, a sleep report clears the state."""
         pendant = self.plug()
         pendant.close_reader()
         for at in range(1, 6):
@@ -157,14 +157,14 @@ class TestReports(Case):
         for number in range(2000):
             pendant.device.report(bytes([4, number & 0xFF]) * (1 + number % 4))
         lines = [line for line in log.lines() if 'hid-xhc' in line]
-        assert len(lines) <= 10        # the HID core's own, rate-limited
+        assert len(lines) <= 10        # of the HID core, rate-limited
         assert [line for line in lines if 'Event data for report' not in line] == []
 
 
 class TestSilent(Case):
     """Devices that do not answer SET_REPORT: uhid gives up after five seconds.
 
-    The limits are below that where nothing may wait for it, and below two of these otherwise.
+    The limits are shorter if nothing may wait for the answer, else shorter than twice that time.
     """
 
     def test_from_the_beginning(self):
@@ -172,7 +172,7 @@ class TestSilent(Case):
         device.fault = 'timeout'
         pendant = self.plug_rig(rig.Rig(device=device), first_frame=False)
         pendant.report(1)
-        self.assert_packet(pendant, pressed(1))      # input does not suffer
+        self.assert_packet(pendant, pressed(1))      # input is not affected
         assert rig.wait(lambda: pendant.stat('frame_errors') >= 2)
         pendant.device.fault = 'none'
         assert pendant.device.wait_frames(1, rig.PATIENCE)
@@ -275,7 +275,7 @@ class TestUnplug(Case):
             assert rig.wait(lambda: find.hid_directory(device.phys) is None)
 
     def test_at_any_moment(self):
-        """From 0 to 40 ms after plugging in: probe, first frame, and what comes after."""
+        """From 0 to 40 ms after plugging in: during probe, the first frame, and later."""
         for step in range(80):
             device = UhidPendant('HB04')
             device.plug()
@@ -352,7 +352,7 @@ class TestRebind(Case):
         assert pendant.get('work_x') == '0'
 
     def test_load_after_plug(self):
-        """hid-generic has the device until the driver comes."""
+        """hid-generic is bound to the device until the driver is loaded."""
         rig.unload()
         device = UhidPendant('HB04')
         device.plug()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The program xhc-sim as people use it, with the driver at the other end."""
+"""The program xhc-sim as users run it, with the driver bound to its pendant."""
 
 import glob
 import json
@@ -20,7 +20,7 @@ HB04_GLOB = '/sys/bus/hid/devices/0003:10CE:EB70.*/dro'
 
 
 def xhc_sim(*arguments, script='', on_pendant=None):
-    """Runs a script; on_pendant(directory) meanwhile, once the driver has the pendant.
+    """Runs a script; calls on_pendant(directory) once the driver is bound to the pendant.
 
     -> (exit status, output, errors)
     """
@@ -38,7 +38,7 @@ def xhc_sim(*arguments, script='', on_pendant=None):
 
 class TestScript(Case):
     def test_display(self):
-        """What is written to dro/ is what "expect" sees and "lcd" prints."""
+        """Values written to dro/ are found by "expect" and printed by "lcd"."""
         for bus in ((), ('--usb',)):
             with row(bus):
                 status, out, errors = xhc_sim(
@@ -53,9 +53,9 @@ class TestScript(Case):
                 assert rig.wait(lambda: not glob.glob(HB04_GLOB))
 
     def test_events(self):
-        """Keys, selector and wheel of a script come out of the event node in their order.
+        """Events of keys, selector and wheel of a script are reported in order.
 
-        The script sees on the LCD when the reader is ready, and when it has read all.
+        The reader signals to the script on the LCD when it is ready, and when it has read all.
         """
         packets = []
 
@@ -108,7 +108,7 @@ class TestScript(Case):
         assert xhc_sim()[0] == 2
 
     def test_no_uhid(self):
-        """In a mount namespace of its own /dev/uhid would be hidden; a rename does as well."""
+        """Renames /dev/uhid, which is simpler than hiding it in a mount namespace."""
         os.rename('/dev/uhid', '/dev/uhid.away')
         self.add_cleanup(os.rename, '/dev/uhid.away', '/dev/uhid')
         status, _, errors = xhc_sim('--script', '-', script='wait 1\n')

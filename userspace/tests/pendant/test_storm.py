@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Plugging and unplugging at any instant, hundreds of times, with everything in flight.
+"""Plugs and unplugs at any time, hundreds of times, during all kinds of operations.
 
-What is looked for is in the verdict: no report of KASAN, lockdep or any other checker, no leak.
-The tests themselves only make sure that things did happen, and that all works afterwards. In
-Debian's kernels it is for a guest with two processors, where a pendant on USB is a gadget:
-vhci_hcd is not safe there. vhci_urb_dequeue() reads urb->hcpriv->vdev under vhci->lock, and the
+The verdict checks for errors: no report of KASAN, lockdep or any other checker, no leak. The tests
+themselves only check that the operations took place, and that all works afterwards. Debian's
+kernels run it in a guest with two processors, where a pendant on USB is a gadget: vhci_hcd is not
+safe there. vhci_urb_dequeue() reads urb->hcpriv->vdev under vhci->lock, and the
 thread that receives an answer frees it under vdev->priv_lock only (drivers/usb/usbip of 6.12).
 """
 
@@ -30,20 +30,20 @@ HID_GLOB = '/sys/bus/hid/devices/0003:10CE:EB*'
 WRITES = (('work_x', '-220.334'), ('work_x', '1'), ('position', '1 2 3 4 5 6'), ('state', 'run'),
           ('state', 'idle'), ('feedrate', '1000'), ('step', '100'), ('step', '1'), ('icon', '3'),
           ('day', '5'), ('day', 'auto'), ('refresh_ms', '10'), ('flush', '1'))
-PAUSE = 0.004               # seconds between two doings of a thread: there is one processor only
+PAUSE = 0.004               # seconds between two actions of a thread, on one CPU
 READS = ('dro/position', 'dro/state', 'stats/reports', 'awake', 'model')
 
 
-# in an emulated machine all takes longer
+# an emulated machine is slower
 ROUNDS = {'uhid': 80, 'gadget': 30, 'module': 15} if rig.IN_DISTRO else {
     'uhid': 300, 'usb': 120, 'gadget': 60, 'module': 50}
-LEAST = 3 if rig.IN_DISTRO else 20      # frames, and what each of the users has done
+LEAST = 3 if rig.IN_DISTRO else 20      # frames, and actions of each user
 
 
 class StressUsers:
-    """Threads that use whatever pendant there is, from all sides.
+    """Threads that use all interfaces of any pendant present.
 
-    counts      what they have done, and the frames that have come meanwhile, see add_frames()
+    counts      numbers of actions, and of frames received meanwhile, see add_frames()
     """
 
     def __init__(self, seed):
@@ -70,11 +70,11 @@ class StressUsers:
             self.counts['frames'] += count
 
     def have_done(self, *names):
-        """Whether enough of each has happened; of all, without names"""
+        """Whether there were enough of each action; of all actions, without names"""
         return all(self.counts[name] > LEAST for name in names or self.counts)
 
     def rounds(self, number, *names):
-        """As many rounds; more, up to ten times, until enough has happened."""
+        """Runs this number of rounds; up to ten times as many, until there were enough actions."""
         for done in range(10 * number):
             if done >= number and self.have_done(*names):
                 return
@@ -87,7 +87,7 @@ class StressUsers:
                 try:
                     work(self.dice.choice(pendants))
                 except OSError:
-                    pass                    # gone: that is what this is about
+                    pass                    # removed, as intended
             time.sleep(PAUSE)
 
     def _write(self, path):
@@ -111,7 +111,7 @@ class StressUsers:
                 try:
                     self.counts['events'] += len(os.read(opened[0], 24 * 64)) // 24
                 except BlockingIOError:
-                    pass                # none has come yet
+                    pass                # no frame yet
                 time.sleep(PAUSE)
         except IndexError:
             pass
@@ -121,7 +121,7 @@ class StressUsers:
 
 
 def shake(device, dice, seconds):
-    """Sends reports until the time is up or the device is gone."""
+    """Sends reports until the timeout, or until the device is removed."""
     end = time.monotonic() + seconds
     while device.plugged and time.monotonic() < end:
         try:
@@ -133,27 +133,27 @@ def shake(device, dice, seconds):
         time.sleep(0.002)
 
 
-LIFE = 5 if rig.IN_DISTRO else 1        # seconds until a pendant has shown a frame, or never will
+LIFE = 5 if rig.IN_DISTRO else 1        # seconds after which a pendant must have shown a frame
 FAULTS = ('none', 'none', 'none', 'stall', 'timeout', 'slow:5', 'unplug')
 
 
 @pytest.mark.timeout(600)
 class TestStorm(Case):
     def cycles(self, make, users, seed, number, longest):
-        """Plugs what make(dice) returns in and out, at least `number` times."""
+        """Plugs in and unplugs the pendants of make(dice), at least `number` times."""
         dice = random.Random(seed)
         for _ in users.rounds(number):
             device = make(dice)
             device.set_fault(dice.choice(FAULTS), skip=dice.randrange(14))
             device.plug()
-            if dice.random() < 0.5:             # half of them live to show a frame
+            if dice.random() < 0.5:             # half of them show a frame
                 device.wait_for(lambda: device.frame_count or not device.plugged, LIFE)
             shake(device, dice, dice.random() * longest)
             dice.choice([device.unplug, device.detach, getattr(device, 'crash', device.unplug)])()
             users.add_frames(device.frame_count)
 
     def calm(self):
-        """Afterwards all is as before: no device is left, and a new pendant works."""
+        """Checks the state afterwards: no device is left, and a new pendant works."""
         assert rig.wait(lambda: not glob.glob(HID_GLOB))
         pendant = self.plug_rig(rig.Rig(device=UhidPendant('HB04')))
         pendant.report(1)
@@ -167,7 +167,7 @@ class TestStorm(Case):
         pendant.unplug()
 
     def storm(self, make, threads, number, longest, seed):
-        """`number` pendants, by this many threads; make(dice, thread's number) makes one."""
+        """Plugs `number` pendants by several threads; make(dice, number of thread) creates one."""
         def work(which):
             self.cycles(lambda dice: make(dice, which), users, seed + which, number // threads,
                         longest)
@@ -193,10 +193,10 @@ class TestStorm(Case):
 
     @pytest.mark.distro
     def test_hid_gadget(self):
-        """Each of two pendants is taken from the host and given back, with transfers in flight."""
+        """Each of two pendants is unplugged and plugged in again, with transfers in flight."""
         def make(_, which):
             device = HidGadgetPendant(('HB03', 'HB04')[which])
-            device.set_fault = lambda *_, **__: None        # it answers or is gone
+            device.set_fault = lambda *_, **__: None        # it answers or is removed
             return device
 
         if rig.IN_DISTRO:
@@ -206,7 +206,7 @@ class TestStorm(Case):
     def test_raw_gadget(self):
         def make(dice):
             device = GadgetPendant(dice.choice(list(MODELS)))
-            device.set_fault = lambda *_, **__: None        # it answers or is gone
+            device.set_fault = lambda *_, **__: None        # it answers or is removed
             return device
         with StressUsers(400) as users:
             dice = random.Random(400)
@@ -214,7 +214,7 @@ class TestStorm(Case):
                 device = make(dice)
                 device.plug()
                 if device.configured.wait(5):
-                    # report() waits for the host: it must not hang when the cable goes
+                    # report() waits for the host: it must not hang when the pendant is unplugged
                     for _ in range(dice.randrange(20)):
                         device.report(bytes([4, 1, 0, 0x11, 1, 0]))
                     if dice.random() < 0.7:
@@ -228,7 +228,7 @@ class TestStorm(Case):
 
 @pytest.mark.timeout(600)
 class TestDriver(Case):
-    """The driver comes and goes, the pendant stays."""
+    """The driver is loaded and unloaded, the pendant stays plugged in."""
 
     def around(self, go, come, number, seed):
         if rig.IN_DISTRO:
@@ -260,7 +260,7 @@ class TestDriver(Case):
         pendant.asleep()
         pendant.set('work_y', '1')
         pendant.set('flush', '1')
-        # the frames of earlier drivers may not all have been seen yet: no number to wait for
+        # frames of earlier drivers may still be pending: their number is not known
         assert pendant.shows('work_y', '1.0000')
         pendant.unplug()
 
@@ -274,7 +274,7 @@ class TestDriver(Case):
 
     @staticmethod
     def unload():
-        """Readers may hold the module for a moment. udevd is behind: it is not waited for."""
+        """Readers may use the module for a moment. Does not wait for pending events of udevd."""
         def once():
             try:
                 rig.unload()

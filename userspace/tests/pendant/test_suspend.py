@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The machine goes to sleep and wakes; the pendant is a gadget on dummy_hcd (vhci_hcd refuses to
-suspend while a device is plugged in).
+"""System suspend and resume; the pendant is a gadget on dummy_hcd (vhci_hcd refuses to suspend
+while a device is plugged in).
 
-pm_test stops the way down after the devices have been suspended, waits a second, and comes back:
-all that the drivers see is as in a real suspend to idle.
+pm_test stops suspend after the devices have been suspended, waits a second, and resumes: for the
+drivers this is a real suspend to idle.
 """
 
 import errno
@@ -29,7 +29,7 @@ def usb_device(pendant):
 
 
 class TestGadgets(Case):
-    """The two kinds of gadget work at all."""
+    """Both kinds of gadget work."""
 
     def works(self, make):
         for model in ('HB03', 'HB04'):
@@ -72,7 +72,7 @@ class TestSuspend(Case):
         assert pendant.device.lcd.as_dict()['work_x'] == '5.0000'
         assert pendant.no_more_frames(frames + 1)
         assert pendant.get('awake') == '0'
-        # what is still held is reported anew
+        # keys that are still held are reported again
         pendant.report(1, 0, 0x12)
         self.assert_packet(pendant, selected(0, 2) + pressed(1))
         assert pendant.get('awake') == '1'
@@ -95,7 +95,7 @@ class TestSuspend(Case):
                 self.assert_packet(pendant, pressed(3))
                 frames = pendant.settle()
                 suspend(level)
-                # released before programs are frozen, so even if no device is suspended
+                # released before programs are frozen, thus even if no device is suspended
                 self.assert_packet(pendant, released(3))
                 if level != 'freezer':
                     assert pendant.device.wait_frames(frames + 1)
@@ -151,7 +151,7 @@ class TestSuspend(Case):
 
 class TestAutosuspend(Case):
     def idle(self):
-        """A pendant that could wake the host, with power/control at auto."""
+        """A pendant that supports remote wakeup, with power/control set to auto."""
         device = GadgetPendant()
         config = bytearray(device.descriptors['config'])
         config[7] |= 0x20
@@ -172,7 +172,7 @@ class TestAutosuspend(Case):
         self.assert_packet(pendant, turned(1))
 
     def test_without_the_driver_it_happens(self):
-        """The control to the test above: nobody listens, so the bus puts it to sleep."""
+        """Counterpart of the previous test: without readers the bus suspends the pendant."""
         pendant, status = self.idle()
         pendant.unbind()
         assert rig.wait(lambda: status() == 'suspended')

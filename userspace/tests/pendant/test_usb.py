@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The pendant on USB (vhci_hcd): real enumeration, real usbhid, every control transfer seen."""
+"""The pendant on USB (vhci_hcd): real enumeration, real usbhid, all control transfers recorded."""
 
 import fcntl
 import glob
@@ -21,7 +21,7 @@ SET_REPORT = (0x21, 0x09)
 
 
 def usb_device(path):
-    """The USB device's directory that belongs to a HID device's."""
+    """The directory of the USB device of a HID device."""
     return os.path.dirname(os.path.dirname(path))
 
 
@@ -73,7 +73,7 @@ class TestEvents(Case):
 
     def test_wrong_length(self):
         pendant = self.plug_usb()
-        for size in (1, 2, 3, 4, 5):        # usbhid itself asks for no more than six bytes
+        for size in (1, 2, 3, 4, 5):        # usbhid requests at most six bytes
             pendant.device.report(bytes([4, 1, 2, 0x11, 5])[:size])
         pendant.device.report(b'')
         self.assert_silent(pendant)
@@ -84,7 +84,7 @@ class TestEvents(Case):
 
 class TestDisplay(Case):
     def test_wire(self):
-        """All parts of a frame, in order, each as the protocol has it."""
+        """All parts of a frame, in order, as defined by the protocol."""
         for model in MODELS.values():
             pendant = self.plug_usb(model.name)
             if model.feed:
@@ -148,7 +148,7 @@ class TestDisplay(Case):
         pendant.device.set_fault('timeout', count=1)
         start = time.monotonic()
         assert pendant.set_error('flush', '1') == 'ETIMEDOUT'
-        assert time.monotonic() - start < 9         # one time-out of five seconds, not two
+        assert time.monotonic() - start < 9         # one timeout of five seconds, not two
         assert pendant.set_error('flush', '1') is None
 
     def test_slow(self):
@@ -186,10 +186,10 @@ class TestUnplug(Case):
                 pendant.unplug()
 
     def flush_and(self, cut):
-        """A flush waits for an answer when the device goes.
+        """A flush waits for an answer when the device is unplugged.
 
-        It ends with the transfer's time-out at the latest: five seconds on vhci_hcd, which gives
-        back a control transfer no sooner; real controllers do at once.
+        It ends with the timeout of the transfer at the latest: five seconds on vhci_hcd, which only
+        then returns a control transfer; real controllers return it at once.
         """
         pendant = self.plug_usb()
         pendant.settle()
@@ -202,7 +202,7 @@ class TestUnplug(Case):
         start = time.monotonic()
         cut(pendant.device)
         flusher.join(rig.PATIENCE)
-        assert time.monotonic() - start < 9         # one time-out, not two
+        assert time.monotonic() - start < 9         # one timeout, not two
         assert results != [None]
         assert len(results) == 1
         pendant.wait_gone()
@@ -247,7 +247,7 @@ class TestUnplug(Case):
 
 class TestResetInPlace(Case):
     """usbhid resets a port after a second of errors, and so does usbreset: the device stays, and
-    no callback of the driver runs. The pendant begins anew, with day 0 and an empty LCD."""
+    no callback of the driver runs. The pendant restarts, with day 0 and an empty LCD."""
 
     @staticmethod
     def reset(pendant):
@@ -262,7 +262,7 @@ class TestResetInPlace(Case):
         assert pendant.device.lcd is None
 
     def test_display(self):
-        """The first report, which returns day 0, is what the driver knows of it."""
+        """The driver detects it by the first report, which returns day 0."""
         pendant = self.plug_usb()
         pendant.set('work_x', '1.5')
         pendant.report(1)
@@ -271,14 +271,14 @@ class TestResetInPlace(Case):
         for scan in (2, 3):
             frames, sent = pendant.settle(), pendant.stat('frames_sent')
             self.reset(pendant)
-            assert pendant.stat('frames_sent') == sent      # it is the same device
+            assert pendant.stat('frames_sent') == sent      # the device is the same
             pendant.report(scan)
             assert pendant.shows('work_x', '1.5000')
             pendant.report()                                # returns the day of that frame
             assert pendant.no_more_frames(frames + 1)
 
     def test_keys_and_selector(self):
-        """They are as in the last report until there is another one."""
+        """They are those of the last report until the next one."""
         pendant = self.plug_usb()
         pendant.report(1, 2, 0x12)
         self.assert_packet(pendant, selected(0, 2) + pressed(1) + pressed(2))
@@ -290,16 +290,16 @@ class TestResetInPlace(Case):
 
 class TestHostile(Case):
     def endure(self, change=None, report_descriptor=None):
-        """Plugs in a bad device, lets the kernel look at it, and takes it out.
+        """Plugs in a bad device, waits until the kernel has handled it, and unplugs it.
 
-        -> whether the kernel has made a HID device of it, and hid-xhc has taken that
+        -> whether the kernel has created a HID device for it, and hid-xhc was bound
         """
         device = UsbPendant('HB04', report_descriptor)
         if change:
             change(device.descriptors)
         device.plug()
         assert rig.wait(lambda: device.requests), 'the kernel does not look at it'
-        # the hub's driver works under the hub's lock from the first request to the last probe
+        # the hub driver holds the lock of the hub from the first request to the last probe
         for hub in glob.glob(VHCI + '/usb*/bConfigurationValue'):
             read_file(hub)
         path = find.hid_directory(device.phys)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The WHB04B: what its reports and its display have in another way than those of HB03 and HB04."""
+"""The WHB04B: differences of its reports and its display to those of HB03 and HB04."""
 
 import os
 import random
@@ -23,7 +23,7 @@ EVERY_BUS = pytest.mark.parametrize('bus', (UhidPendant, UsbPendant, GadgetPenda
 
 
 def fed(position):
-    """What a turn of the second rotary gives"""
+    """The events of a turn of the second rotary"""
     return [('EV_ABS', 'ABS_THROTTLE', position)]
 
 
@@ -77,7 +77,7 @@ class TestEvents(Case):
 
     @EVERY_BUS
     def test_by_hands(self, bus):
-        """The virtual unit as it is, with reports that stream, a seed, and r in each report"""
+        """The unmodified virtual unit, with streamed reports, a seed, and r in each report"""
         pendant = self.plug_rig(rig.Rig(device=bus('WHB04B')))
         unit = pendant.device
         unit.select(X)
@@ -109,7 +109,7 @@ class TestEvents(Case):
         assert pendant.stat('unknown_keys') == 0
 
     def test_streams_wake_nobody(self):
-        """A program that waits for events sleeps through any number of them."""
+        """Streamed reports do not wake a program that waits for events."""
         pendant = self.plug('WHB04B')
         pendant.device.select(X)
         self.assert_packet(pendant, selected(0, 1) + fed(1))
@@ -119,7 +119,7 @@ class TestEvents(Case):
 
     @pytest.mark.distro
     def test_silence_lets_all_go(self):
-        """The radio is lost in mid-stream; it is heard again later."""
+        """The radio is interrupted during streaming, and works again later."""
         pendant = self.plug('WHB04B')
         pendant.device.select(X)
         pendant.device.press(0x04)
@@ -158,7 +158,7 @@ class TestSeed(Case):
         assert pendant.stat('xor_mismatches') == 1
 
     def test_a_clone_that_never_matches(self):
-        """Its reports stream, and each has a wrong check byte: that makes no storm of frames."""
+        """Streamed reports with wrong check bytes do not cause a storm of frames."""
         pendant = self.plug('WHB04B')
         pendant.device.pendant.check_error = 0x40
         pendant.device.select(X)
@@ -258,14 +258,14 @@ class TestDisplay(Case):
     def write_rows(pendant, value):
         for _ in range(300):
             pendant.set('rows', ' '.join([value] * 3))
-            time.sleep(0.001)           # one processor has to do for all of us
+            time.sleep(0.001)           # all threads share one processor
 
     def test_reset_is_shown_until_the_first_frame(self):
         pendant = self.plug('WHB04B')
         assert pendant.device.lcd.as_dict()['reset'] == 0
 
     def test_wake_up(self):
-        """It may have missed the frames that were sent while it slept."""
+        """It may have lost frames that were sent while it slept."""
         pendant = self.plug('WHB04B')
         pendant.device.select(X)
         frames = pendant.settle()
@@ -284,7 +284,7 @@ class TestUsb(Case):
         assert sent[0].data == bytes.fromhex('06 fe fd fe 00 00 00 00')
 
     def test_reset_in_place(self):
-        """The driver is not told; the first check byte of the seed 01h gives it away."""
+        """The driver is not notified; it detects this by the first check byte with the seed 01h."""
         pendant = self.plug_usb('WHB04B')
         pendant.settle()
         pendant.report()
