@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Each allocation fails once: on the way through attach, detach, open, the attributes and insmod.
+"""Each allocation fails once: in attach, detach, open, the attributes and insmod.
 
-For n = 1, 2, 3, ... the n-th allocation of a call fails, until there is no n-th one any more; the
-call either works or fails cleanly. KASAN, lockdep and kmemleak watch, and in the end all works as
-before.
+For n = 1, 2, 3, ... the n-th allocation of a call fails, until there is no n-th one; the call
+either succeeds or fails cleanly. KASAN, lockdep and kmemleak are enabled, and at the end the driver
+works as before.
 """
 
 import os
@@ -26,7 +26,7 @@ class TestWalk(Case):
             '%s %d' % item for item in sorted(outcomes.items()))))
 
     def works(self, head):
-        """All of it, with memory."""
+        """Checks that everything works without faults."""
         reader = head.open()
         head.send(head_rig.GOOD + wire.vendor('ACME') + wire.temperatures([2500]))
         assert reader.take(18) == head_rig.GOOD + wire.vendor('ACME') + wire.temperatures([2500])
@@ -44,7 +44,7 @@ class TestWalk(Case):
             if failure is None:
                 attached.append(True)
                 set_ldisc(uart.slave, N_TTY)
-            else:                               # still the tty that it was
+            else:                               # still the former tty
                 os.write(uart.slave, b'x')
                 assert os.read(uart.master, 9) == b'x'
 
@@ -56,7 +56,7 @@ class TestWalk(Case):
         self.works(self.attach(uart))
 
     def test_detach(self):
-        """Going away must not need memory."""
+        """Removal must not require memory."""
         head = self.synced()
         head.send(wire.temperatures([2500]))
         assert wait(head.hwmon)
@@ -71,7 +71,7 @@ class TestWalk(Case):
         self.works(head)
 
     def test_hangup(self):
-        """The same, with a reader, and with the tty of the head to be hung up."""
+        """The same, with a reader, so that the tty of the head is hung up."""
         ends = []
 
         def attempt():
@@ -127,7 +127,7 @@ class TestWalk(Case):
         self.works(head)
 
     def test_attributes(self):
-        """A write that fails changes nothing, a read works the next time."""
+        """A failed write changes nothing, and a failed read succeeds on retry."""
         head = self.synced()
         head.send(wire.vendor('ACME') + wire.errors([1]) + wire.hours([5]))
         total = 0
@@ -154,8 +154,8 @@ class TestWalk(Case):
         self.works(head)
 
     def test_insmod(self):
-        """Only what init does may fail: in load_module(), before it, the kernel warns when there
-        is no memory for a tracepoint's description.
+        """Only allocations of init may fail: in load_module(), before it, the kernel warns if it
+        cannot allocate the description of a tracepoint.
         """
         head_rig.unload()
 
@@ -178,7 +178,7 @@ class TestWalk(Case):
 
 
 class TestWorker(Case):
-    """Allocations beneath the driver's own code fail at random, in whatever thread."""
+    """Allocations called from the driver fail at random, in any thread."""
 
     def set_up(self):
         super().set_up()
@@ -190,7 +190,7 @@ class TestWorker(Case):
         write_file(FAILSLAB + 'probability', '%d' % percent)
 
     def test_telemetry(self):
-        """The state itself needs no memory; a hwmon device that could not be had comes later."""
+        """The state requires no memory; a hwmon device that was not created is created later."""
         head = self.synced()
         reader = head.open()
         refused = 0
@@ -209,13 +209,13 @@ class TestWorker(Case):
         head.send(wire.vendor('news'))
         assert wait(lambda: 'temp22_input' in head.hwmon())
         assert head.hwmon()['temp22_input'] == '22000'
-        # packets that found no memory for the reader are lost whole, and counted
+        # packets without memory for the reader are lost completely, and counted
         got = head_rig.split(reader.rest())
         assert len(got) + head.stat('lost_packets') == 22 * 3 + 1
         assert got[-1] == wire.vendor('news')
 
     def test_packets(self):
-        """No memory for the reader at all: everything is counted as lost."""
+        """Without any memory for the reader all packets are counted as lost."""
         head = self.synced()
         reader = head.open()
         self.fail_allocations(100)

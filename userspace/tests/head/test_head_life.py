@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""How heads come and go."""
+"""Creation and removal of heads."""
 
 import ctypes
 import fcntl
@@ -27,7 +27,7 @@ SYS_CAPGET, SYS_CAPSET = 125, 126       # x86_64
 
 
 def drop_capability(number):
-    """Of this thread, for good."""
+    """Drops them permanently for this thread."""
     header = (ctypes.c_uint32 * 2)(0x20080522, 0)       # version 3
     sets = (ctypes.c_uint32 * 6)()                      # effective, permitted, inheritable; twice
     kernel.syscall(SYS_CAPGET, header, sets)
@@ -59,7 +59,7 @@ def processes(name):
         try:
             if read_file('/proc/%s/comm' % pid) == name + '\n':
                 found.append(int(pid))
-        except (FileNotFoundError, ProcessLookupError):     # it has ended meanwhile
+        except (FileNotFoundError, ProcessLookupError):     # it has exited meanwhile
             pass
     return found
 
@@ -75,7 +75,7 @@ class TestAttach(Case):
             assert heads() == []
 
     def test_close_of_the_uart(self):
-        """On USB: the slave of a pty stays as it is while the master is open."""
+        """On USB, as the slave of a pty does not change while the master is open."""
         head = self.attach(self.closing(AcmCable())).sync()
         head.uart.close_slave()
         assert head.gone()
@@ -89,7 +89,7 @@ class TestAttach(Case):
 
         assert in_child(without) == 'EPERM'
         assert heads() == []
-        # the benign control: the same child with all its capabilities
+        # control: the same child with all its capabilities
         assert in_child(lambda: set_ldisc(uart.slave, LDISC)) is None
         assert heads() == ['xy3-0']
 
@@ -109,7 +109,7 @@ class TestAttach(Case):
         assert head.get('vendor') == 'ACME'
 
     def test_on_the_master(self):
-        """It has no settings that could be changed, and is refused; the slave is not."""
+        """The master has no settings to change, and is refused; the slave is not."""
         uart = self.closing(Pty())
         assert error_name(set_ldisc, uart.master, LDISC) == 'EINVAL'
         assert heads() == []
@@ -117,7 +117,7 @@ class TestAttach(Case):
         assert heads() == ['xy3-0']
 
     def test_what_came_before(self):
-        """What has not been read yet is not taken for the head's."""
+        """Data that were unread before attaching are not treated as the head's."""
         uart = self.closing(Pty())
         uart.write(head_rig.GOOD)
         assert polled(uart.slave, select.POLLIN) == select.POLLIN
@@ -139,7 +139,7 @@ class TestAttach(Case):
         two.send(wire.model('still there'))
         assert readers[1].rest() == wire.model('still there')
         third = self.attach()
-        assert third.name == 'xy3-0'       # the lowest number that is free
+        assert third.name == 'xy3-0'       # the lowest free number
 
     def test_many(self):
         for number in range(HEADS_MAX):
@@ -151,7 +151,7 @@ class TestAttach(Case):
         assert os.read(uart.master, 99) == b'a tty as before'
 
     def ldattach(self, uart):
-        """Stock util-linux, as the manual says. -> its pid"""
+        """Runs ldattach of util-linux as described in the manual. -> its pid"""
         uart.close_slave()
         subprocess.run(['ldattach', '-s', '115200', '-8', '-n', '-1', str(LDISC), uart.node],
                        check=True, timeout=20)
@@ -225,7 +225,7 @@ class TestChoice(Case):
 
 
 class TestHangup(Case):
-    """The head goes while its tty is open."""
+    """The head is removed while its tty is open."""
 
     def test_in_the_middle_of_a_packet(self):
         head = self.synced()
@@ -289,7 +289,7 @@ class TestHangup(Case):
         assert error_name(os.write, command, b'x') == 'ENODEV'
 
     def test_the_same_number_again(self):
-        """While the hung up file is still open: a new one works, the old one stays dead."""
+        """While the hung up file is still open: a new one works, the old one stays unusable."""
         old = []
         for number in range(4):
             head = self.synced()
@@ -307,7 +307,7 @@ class TestHangup(Case):
             assert head.gone()
 
     def test_same_number_at_once(self):
-        """The new head comes while the hangup of the old one's tty is still under way."""
+        """The new head is attached while the hangup of the old one's tty is still in progress."""
         for _ in range(50):
             head = self.synced()
             reader = head.open()
@@ -322,7 +322,7 @@ class TestHangup(Case):
 
     @pytest.mark.parametrize('size', (100, 4000, 20000))
     def test_what_the_last_head_has_left(self, size):
-        """What was not read before the hangup is not given to the next head's reader."""
+        """Data that were unread before the hangup are not passed to the reader of the next head."""
         head = self.synced()
         reader = head.open()
         head.send(wire.debug('x' * 97) * (size // 100))
@@ -343,7 +343,7 @@ class TestHangup(Case):
 
 class TestUnload(Case):
     def traces(self):
-        """What the module has left in the system."""
+        """Objects that the module has left in the system."""
         found = [line.split()[0] for path in ('/proc/tty/ldiscs', '/proc/tty/drivers',
                                               '/proc/modules')
                  for line in read_file(path).splitlines() if 'xy3' in line]
@@ -389,9 +389,9 @@ class TestUnload(Case):
     def test_parameters(self):
         head_rig.unload()
         head_rig.load('ldisc=28 autobaud=1')
-        self.add_cleanup(head_rig.unload)       # or the next test has these parameters
+        self.add_cleanup(head_rig.unload)       # the next test must not have these parameters
         uart = self.closing(Pty())
-        # no module has this number; the loader would be asked for one
+        # no module has this number; the kernel would request one
         assert error_name(set_ldisc, uart.slave, LDISC) == 'EINVAL'
         set_ldisc(uart.slave, 28)
         assert read_file(CLASS + '/xy3-0/autobaud') == '1\n'

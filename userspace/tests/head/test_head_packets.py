@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""From the UART to the reader of /dev/xy3-<n>: whole packets only, and every byte counted."""
+"""From the UART to the reader of /dev/xy3-<n>: only complete packets, all bytes counted."""
 
 import os
 import random
@@ -20,7 +20,7 @@ P = wire.packet
 
 
 def every_type():
-    """Each known type at its least and its greatest length, and unknown types."""
+    """Each known type with its minimum and maximum length, and unknown types."""
     for kind, lengths in wire.LENGTHS.items():
         for length in sorted({lengths[0], lengths[-1]}):
             yield P(kind, bytes(i * 7 + kind & 0xFF for i in range(length)))
@@ -29,7 +29,7 @@ def every_type():
 
 
 class TestStream(Case):
-    """What is sent, what a reader gets, and how the statistics count it."""
+    """Data sent, data read, and the statistics."""
 
     def check(self, *pieces, head=None):
         """Sends the pieces; the reader and the counts must agree with another decoder."""
@@ -57,7 +57,7 @@ class TestStream(Case):
                      P(8, b'a debug text') + P(0x33) + P(5, bytes(44)) + b'!' + head_rig.GOOD))
 
     def test_split_at_each_byte(self):
-        """One stream cut in two at every place, by heads that come and go."""
+        """One stream split at every position, by heads that are attached and detached."""
         stream = (b'H' + head_rig.GOOD + P(2, b'Galvo') + P(0x77, b'HA\0H') + b'\x48\x07' +
                   head_rig.GOOD + P(9, bytes(8)))
         for at in range(1, len(stream)):
@@ -94,7 +94,7 @@ class TestStream(Case):
         assert decoder.in_sync
 
     def test_false_sync(self):
-        """Joining in the middle of a payload that looks like the sync sequence heals."""
+        """Starting inside a payload that looks like the sync sequence: sync is recovered."""
         trap = P(8, b'on ' + wire.RESYNC + b'\x05\xff off')
         decoder = self.check(trap[1:] + head_rig.GOOD + P(1, b'ACME'))
         assert (decoder.bad_lengths, decoder.resyncs) == (1, 1)
@@ -115,7 +115,7 @@ class TestStream(Case):
         assert decoder.packets > 10
 
     def test_writer_that_waits_for_room(self):
-        """A writer of more than fits into a pty is woken when there is room."""
+        """A writer of more data than fit into a pty is woken when there is room."""
         head = self.attach()
         os.set_blocking(head.uart.master, True)
         data = wire.sync() * 50000
@@ -128,7 +128,7 @@ class TestStream(Case):
         assert wait(lambda: head.stat('rx_bytes') == len(data))
 
     def test_new_uart_new_parser(self):
-        """Half a packet of one connection is not the beginning of the next one's."""
+        """An incomplete packet is not continued in the next connection."""
         head = self.synced()
         head.send(P(8, b'0123456789')[:8])
         head.detach()
@@ -139,7 +139,7 @@ class TestStream(Case):
 
 class TestReaders(Case):
     def test_no_reader(self):
-        """Nothing is kept for later, and nothing counts as lost."""
+        """Without a reader nothing is buffered, and nothing is counted as lost."""
         head = self.synced()
         head.send(P(1, b'before'))
         reader = head.open()
@@ -158,7 +158,7 @@ class TestReaders(Case):
         assert reader.rest() == P(8, b'0123456789')
 
     def test_closed_in_the_middle_of_a_packet(self):
-        """The next opener starts at a packet, whatever the last one has left unread."""
+        """The next reader starts at a packet, regardless of unread data of the previous one."""
         head = self.synced()
         for left in (1, 5, 300, 5000):
             reader = head.open()
@@ -173,7 +173,7 @@ class TestReaders(Case):
         assert head.stat('lost_packets') == 0
 
     def test_several_openers(self):
-        """They share the stream; it ends when the last one goes."""
+        """They share the stream; it ends when the last one is closed."""
         head = self.synced()
         one, two = head.open(), head.open(os.O_RDWR)
         head.send(P(8, b'first'))
@@ -218,7 +218,7 @@ class TestReaders(Case):
         assert read.result() == P(8, b'wake up')
 
     def test_slow_reader(self):
-        """It loses whole packets, and each of them is counted."""
+        """A slow reader loses complete packets, and each of them is counted."""
         dice = random.Random(8)
         head = self.synced()
         reader = head.open()
@@ -257,7 +257,7 @@ class TestSettings(Case):
         return iflag, oflag, lflag, cflag & ~0o10017
 
     def test_raw_from_the_beginning(self):
-        """Every byte value comes through as it is, and nothing is echoed."""
+        """All byte values are passed unchanged, and nothing is echoed."""
         head = self.synced()
         reader = head.open(os.O_RDWR)
         assert self.modes(reader.fd) == \
@@ -268,7 +268,7 @@ class TestSettings(Case):
         assert polled(head.uart.master, select.POLLIN, 0.1) == 0
 
     def test_raw_for_ever(self):
-        """What stty, getty or a terminal program switches on stays off; `stty raw` succeeds."""
+        """Modes enabled by stty, getty or a terminal program stay off; `stty raw` succeeds."""
         head = self.synced()
         reader = head.open(os.O_RDWR)
         for modes in ('sane', 'echo', 'icanon', 'isig', 'opost', 'ixon', 'parmrk', 'icrnl'):
@@ -316,14 +316,14 @@ class TestWriting(Case):
         pytest.param(COMMAND * 1000 + b'\0', 'EINVAL', id='the last of many is bad'),
     ])
     def test_command_frames(self, data, error):
-        """There is no forward channel; what is no command frame is refused before that."""
+        """There is no forward channel; invalid command frames are refused before that."""
         head = self.synced()
         writer = head.open(os.O_RDWR)
         assert error_name(os.write, writer.fd, data) == error
         assert polled(head.uart.master, select.POLLIN, 0.1) == 0
 
     def test_the_uart_itself(self):
-        """Its own file can neither be read nor written meanwhile; afterwards it can."""
+        """While it is attached its file can neither be read nor written; afterwards it can."""
         head = self.synced()
         slave, master = head.uart.slave, head.uart.master
         assert error_name(os.write, slave, b'hello') == 'ENOTSUP'
@@ -337,7 +337,7 @@ class TestWriting(Case):
 
 
 class TestAcm(Case):
-    """A UART on USB (CDC ACM over dummy_hcd), which knows line errors as a pty does not."""
+    """A UART on USB (CDC ACM over dummy_hcd), which unlike a pty supports line errors."""
 
     def set_up(self):
         super().set_up()
@@ -351,7 +351,7 @@ class TestAcm(Case):
         assert reader.take(len(data)) == data
 
     def test_break(self):
-        """A flagged byte is no data: what was kept goes, and sync with it."""
+        """A flagged byte is not data: buffered bytes are dropped, and sync is lost."""
         head = self.head
         reader = head.open()
         head.send(head_rig.GOOD + P(8, b'whole') + P(8, b'cut by a break')[:7])
@@ -368,11 +368,11 @@ class TestAcm(Case):
             (head.sent, 1, 1)
 
     def test_uart_that_was_stopped(self):
-        """A program had it open before and did not read until it was throttled."""
+        """Before, a program had it open and did not read, until it was throttled."""
         self.head.detach()
         assert self.head.gone()
-        # the tty's buffer takes 4095 bytes, and the UART stops a little before that; what it had
-        # asked for already still comes, a byte at a time
+        # the buffer of the tty has 4095 bytes, and the UART stops a little before that; bytes of
+        # requests in flight still arrive, one at a time
         for size in (4000, *[1] * 60):
             self.cable.write(bytes(size))
             time.sleep(0.01)

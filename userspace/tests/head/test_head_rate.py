@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The rate of the backchannel: how it is set, where it shows, and how it is found."""
+"""The rate of the backchannel: setting, display and search."""
 
 import termios
 import threading
@@ -15,7 +15,7 @@ from xy3_head_sim import wire
 
 class TestRates(Case):
     def shown(self, head, rate):
-        """At all three places."""
+        """Checks the rate at all three places."""
         reader = head.open()
         ok = wait(lambda: (head.get('rate'), get_speed(head.uart.slave), get_speed(reader.fd)) ==
                   (str(rate), rate, rate))
@@ -60,7 +60,7 @@ class TestRates(Case):
         assert self.shown(self.attach(rate=rate), rate)
 
     def test_sync_is_lost(self):
-        """What comes at another rate is another stream, and what was begun is lost."""
+        """Data at another rate are another stream; an incomplete packet is lost."""
         head = self.synced()
         head.send(wire.vendor('ACME')[:4])
         head.set('rate', '230400')
@@ -71,7 +71,7 @@ class TestRates(Case):
         assert head.get('in_sync') == '1'
 
     def test_on_usb(self):
-        """The rate is set in the UART itself (CDC SET_LINE_CODING)."""
+        """The rate is set in the UART (CDC SET_LINE_CODING)."""
         cable = self.closing(AcmCable())
         head = self.attach(cable)
         for rate in wire.RATES:
@@ -82,7 +82,7 @@ class TestRates(Case):
         assert head.gone()
 
     def test_all_at_once(self):
-        """Changed in three ways at the same time, it is the same at all places in the end."""
+        """After changes in three ways at the same time all places have the same rate."""
         head = self.synced()
         reader = head.open()
 
@@ -91,7 +91,7 @@ class TestRates(Case):
                 try:
                     change(wire.RATES[number * 7 % 5])
                 except termios.error:
-                    pass                        # another one was faster
+                    pass                        # changed by another thread
 
         ways = (lambda rate: head.set('rate', str(rate)),
                 lambda rate: set_speed(reader.fd, rate),
@@ -104,14 +104,14 @@ class TestRates(Case):
 
 
 class Peer:
-    """A scanhead at one rate: what the host receives at another one is garbage."""
+    """A scanhead at one rate: at any other rate the host receives garbage."""
 
     GARBAGE = bytes(range(0x80, 0xC0))
 
     def __init__(self, uart, rate, pause=0.05):
         self.uart, self.rate, self.pause = uart, rate, pause
-        self.host_rates = []            # rates that the host had, in turn
-        self.sent = dict.fromkeys(wire.RATES, 0)        # bytes meanwhile
+        self.host_rates = []            # rates of the host, in order
+        self.sent = dict.fromkeys(wire.RATES, 0)        # bytes sent at each
         self.stop = threading.Event()
         self.thread = Background(self._run)
 
@@ -144,17 +144,17 @@ class TestAutobaud(Case):
         assert self.found(head, rate)
         peer.close()
         assert get_speed(head.uart.slave) == rate
-        assert peer.host_rates[0] == 115200     # the present one has the first turn
+        assert peer.host_rates[0] == 115200     # the search starts at the current rate
 
     def test_a_head_that_sends_rarely(self):
-        """Every two seconds: each round listens longer."""
+        """Sync every two seconds: each round of the search waits longer."""
         head = self.attach()
         head.set('autobaud', '1')
         self.closing(Peer(head.uart, 921600, 2))
         assert self.found(head, 921600, 120)
 
     def test_a_loud_head_is_found_sooner(self):
-        """1 KiB without sync is enough; the half second need not be over."""
+        """1 KiB without sync is sufficient, even before half a second has passed."""
         head = self.attach()
         head.set('autobaud', '1')
         peer = self.closing(Peer(head.uart, 57600, 0.001))
@@ -181,12 +181,12 @@ class TestAutobaud(Case):
         peer = self.closing(Peer(head.uart, 230400))
         assert self.found(head, 230400)
         time.sleep(10)
-        assert head.get('rate') == '230400'        # in sync nothing is searched
+        assert head.get('rate') == '230400'        # no search while in sync
         peer.rate = 460800
         assert self.found(head, 460800)
 
     def test_silence(self):
-        """No head: it goes on from rate to rate, longer at each from round to round."""
+        """Without a head it continues from rate to rate, waiting longer in each round."""
         head = self.attach()
         head.set('autobaud', '1')
         seen = []
@@ -196,4 +196,4 @@ class TestAutobaud(Case):
                 seen.append(head.get('rate'))
         assert set(seen) == set(map(str, wire.RATES))
         assert len(seen) > 10
-        assert len(seen) < 50          # 120 if each turn took half a second
+        assert len(seen) < 50          # 120 if each rate took half a second

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Heads that come and go at any instant, more than a thousand times, with everything in flight.
+"""Heads are attached and removed at any time, more than a thousand times, during all operations.
 
-What is looked for is in the verdict: no report of KASAN, lockdep or any other checker, no leak.
-The tests themselves make sure that things did happen, and that what arrives is counted exactly.
+The verdict checks for errors: no report of KASAN, lockdep or any other checker, no leak. The tests
+themselves check that the operations took place, and that received data are counted exactly.
 """
 
 import contextlib
@@ -30,15 +30,15 @@ PACKETS = (wire.sync(), wire.sync(), wire.vendor('ACME'), wire.vendor('Other'), 
            wire.temperatures([2500]), wire.temperatures([None, 2600, -2600]),
            wire.errors([0, 1]), wire.errors([1, 0, 200]), wire.frame_errors([1, 2, 3, 4, 5]),
            wire.packet(0x20, b'unknown'), wire.debug('x' * 200), b'junk', b'\x48\x07')
-PAUSE = 0.003               # seconds between two steps in a head's life
-USER_PAUSE = 0.02           # and between two actions of a user: there is one processor only
-# what may happen to a user whose head goes
+PAUSE = 0.003               # seconds between two steps in the life of a head
+USER_PAUSE = 0.02           # and between two actions of a user, on one CPU
+# permitted errors of a user whose head is removed
 TOLERATED = {errno.ENOENT, errno.EIO, errno.ENXIO, errno.EAGAIN, errno.ENODEV, errno.EINVAL,
              errno.ENODATA}
 
 
 class HeadUsers(StressUsers):
-    """They use whatever heads there are."""
+    """Threads that use any heads present."""
 
     def __init__(self, seed):
         actions = (self.reads, self.writes, self.receives, self.polls, self.rates)
@@ -48,7 +48,7 @@ class HeadUsers(StressUsers):
 
     @staticmethod
     def of_a_head(action):
-        """The action with a head that is there; without one it fails as it does when one goes."""
+        """Runs the action with a present head; without one it fails as if the head was removed."""
         @functools.wraps(action)
         def act(dice):
             found = heads()
@@ -74,7 +74,7 @@ class HeadUsers(StressUsers):
             os.close(fd)
 
     def receives(self, _dice, name):
-        """What comes first is the beginning of a packet."""
+        """The first bytes read are the start of a packet."""
         data = b''
         with self.open(name) as fd:
             for _ in range(5):
@@ -92,7 +92,7 @@ class HeadUsers(StressUsers):
             if polled(fd, select.POLLPRI, 0.02) & select.POLLHUP:
                 os.read(fd, 1)
             frame = wire.command_frame('reference', 'x')
-            # without a forward channel; EIO: the head has gone
+            # without a forward channel; EIO: the head was removed
             assert error_name(os.write, fd, frame) in ('ENODEV', 'EIO')
 
     def rates(self, dice, name):
@@ -107,7 +107,7 @@ class TestStorm(Case):
         assert users.all_done(21), users
 
     def calm(self):
-        """Afterwards all is as before: no head is left, and a new one works."""
+        """Checks the state afterwards: no head is left, and a new one works."""
         assert wait(lambda: not heads())
         head = self.synced()
         assert head.name == 'xy3-0'
@@ -118,7 +118,7 @@ class TestStorm(Case):
         head.close()
 
     def cycle(self, dice):
-        """A head's whole life."""
+        """The complete life of a head."""
         uart = Pty()
         try:
             set_ldisc(uart.slave, LDISC)
@@ -132,7 +132,7 @@ class TestStorm(Case):
                 set_speed(uart.slave, dice.choice(wire.RATES))
             elif how == 2:
                 set_ldisc(uart.slave, N_TTY)
-                set_ldisc(uart.slave, LDISC)        # at once again, the same number as often as not
+                set_ldisc(uart.slave, LDISC)        # again at once, often with the same number
         finally:
             uart.close()
 
@@ -153,7 +153,7 @@ class TestStorm(Case):
         self.calm()
 
     def test_hangup_under_load(self):
-        """A reader that waits gets what was sent up to some byte, and then the end."""
+        """A waiting reader receives the data sent up to some byte, and then end of file."""
         dice = random.Random(2)
         stream = wire.sync() + b''.join(
             wire.debug(b'%06d' % number + b'.' * dice.randrange(190)) for number in range(600))
@@ -179,7 +179,7 @@ class TestStorm(Case):
 
     @staticmethod
     def until_the_end(fd):
-        """-> all that can be read up to a hangup"""
+        """-> all data read up to a hangup"""
         data = b''
         while more := os.read(fd, 4096):
             data += more
@@ -224,10 +224,10 @@ class TestStorm(Case):
 
 
 class TestStreams(Case):
-    """Whole streams of the simulator's, whose own count must be the driver's."""
+    """Complete streams of the simulator; its counts must equal those of the driver."""
 
     def start(self, seed, **how):
-        """A simulated head, the UART attached, and a reader. -> them, not yet running"""
+        """-> a simulated head, the attached UART, and a reader, not running yet"""
         sim_head = head.Head(interval=0, sync_interval=0, seed=seed)
         uart = self.closing(line.Pty())
         sim = simulator.Simulator(sim_head, uart)
@@ -265,7 +265,7 @@ class TestStreams(Case):
         return receiver
 
     def test_two_at_once(self):
-        """Exact counts, and every packet has come to its own reader."""
+        """Exact counts, and each packet was received by the reader of its head."""
         both = [self.start(seed, packets=4000) for seed in (1, 2)]
         streamed = [Background(run) for *_, run in both]
         for (*one, _), thread in zip(both, streamed):
@@ -274,7 +274,7 @@ class TestStreams(Case):
             assert receiver['resyncs'] == 0
 
     def test_faults_at_full_speed(self):
-        """Every kind of damage that the simulator knows, at random."""
+        """All kinds of faults of the simulator, at random."""
         *one, run = self.start(3, packets=6000)
         for kind in faults.KINDS:
             if kind != 'wrong-rate':
@@ -285,7 +285,7 @@ class TestStreams(Case):
         assert receiver['unknown'] > 50
 
     def test_garbage_at_full_speed(self):
-        """Bytes that are nothing: all are dropped but what looks like packets by chance."""
+        """Random bytes: all are dropped except those that look like packets by chance."""
         dice = random.Random(4)
         head = self.attach()
         reader, decoder = head.open(), wire.Decoder()

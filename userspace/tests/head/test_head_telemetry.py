@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""What a head reports: sysfs, hwmon, poll(), uevents, tracepoints."""
+"""Reports of a head: sysfs, hwmon, poll(), uevents, tracepoints."""
 
 import os
 import random
@@ -101,7 +101,7 @@ class TestAttributes(Case):
         head.send(report)
         assert (head.get('hours/head'), head.get('frame_errors/w'),
                           head.hwmon()['temp1_input']) == ('256', '%d' % 0x01020304, '25000')
-        assert head.set('byte_order', 'big') is None        # no change: nothing is forgotten
+        assert head.set('byte_order', 'big') is None        # no change: all values are kept
         assert head.get('hours/head') == '256'
         for text in ('\n', 'middle', 'bigger', '1'):
             assert head.set('byte_order', text) == 'EINVAL'
@@ -113,7 +113,7 @@ class TestAttributes(Case):
         (('calibrate', 'reference'), ('x', 'xyzuw\n', 'all', '\n', 'XY'),
          ('q', 'x y', 'on', 'allx', '1'))), ids=('with on and off', 'with axes alone'))
     def test_commands(self, names, good, bad):
-        """Bad text has another error than a missing forward channel."""
+        """The error of invalid text differs from that of a missing forward channel."""
         head = self.synced()
         for name in names:
             for text in good:
@@ -122,7 +122,7 @@ class TestAttributes(Case):
                 assert head.set(name, text) == 'EINVAL', (name, text)
 
     def test_modes(self):
-        """What can be written and by whom, over all files of the head."""
+        """Write permissions of all files of the head."""
         head = self.synced()
         head.send(wire.temperatures([2500]))
         assert wait(head.hwmon)
@@ -205,7 +205,7 @@ class TestHwmon(Case):
             ['1', '0', '0']
 
     def test_parent_and_end(self):
-        """It is a child of its own head's, one for each, and goes with it."""
+        """Each head has one as its child, which is removed with the head."""
         one, two = self.synced(), self.synced()
         for head in (one, two):
             head.send(wire.temperatures([2500]))
@@ -219,7 +219,7 @@ class TestHwmon(Case):
         assert two.hwmon()['temp1_input'] == '25000'
 
     def test_open_while_it_grows(self):
-        """A file of the hwmon device that was replaced says so and does no harm."""
+        """A file of a replaced hwmon device returns an error, without side effects."""
         head = self.synced()
         head.send(wire.temperatures([2500]))
         assert self.grown(head, 1)
@@ -290,7 +290,7 @@ class TestEvents(Case):
         assert events.properties() == []
 
     def test_sync_for_a_moment(self):
-        """Lost and found in one piece of data: reported as found."""
+        """Lost and found again in one piece of data: reported as found."""
         head = self.synced()
         events = self.uevents()
         head.send(b'junk' + head_rig.GOOD)
@@ -300,14 +300,14 @@ class TestEvents(Case):
         head = self.synced()
         events = self.uevents()
         head.send(wire.errors([0, 0, 0]))
-        assert events.properties() == []         # no error, as was assumed
+        assert events.properties() == []         # no error, as assumed
         head.send(wire.errors([0, 1, 100]))
         assert events.properties() == [
             {'EVENT': 'error', 'COMPONENT': 'dsp', 'ERROR': 'temperature', 'ERROR_CODE': '1'},
             {'EVENT': 'error', 'COMPONENT': 'dac_x', 'ERROR': '100', 'ERROR_CODE': '100'}]
         head.send(wire.errors([0, 1, 100]), wire.errors([0, 1, 100]))
         assert events.properties() == []
-        # what is left out has not been called over
+        # the state of omitted components is unknown
         unknown = [{'EVENT': 'error', 'COMPONENT': name, 'ERROR': 'unknown'}
                    for name in ('dsp', 'dac_x')]
         head.send(wire.errors([0]))
@@ -339,7 +339,7 @@ class TestEvents(Case):
         assert events.properties() == []
 
     def test_flapping(self):
-        """However often it changes: one round in 100 ms, and the last one has the last state."""
+        """For any number of changes: one round per 100 ms, the last one with the final state."""
         head = self.synced()
         dice = random.Random(7)
         for changes, pause, least in ((300, 0, 2), (150, 0.01, 10)):
@@ -372,7 +372,7 @@ class TestEvents(Case):
         assert found[-1]['IN_SYNC'] == '1'
 
     def test_udev_replays_it(self):
-        """udevadm trigger: the uevent file works, and adds nothing of ours."""
+        """udevadm trigger: the uevent file works, and adds no properties of the driver."""
         head = self.synced()
         events = self.uevents()
         write_file(head.path + '/uevent', 'change')
@@ -388,7 +388,7 @@ class TestTrace(Case):
             write_file(EVENTS + name + '/enable', '1')
             self.add_cleanup(write_file, EVENTS + name + '/enable', '0')
         with open(TRACING + 'trace', 'w', encoding='ascii'):
-            pass                                    # to open it for writing empties it
+            pass                                    # opening it for writing empties it
 
     def lines(self):
         """-> [(event, text), ...]"""
