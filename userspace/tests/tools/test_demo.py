@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The examples for scanheads, as a reader would run them: a path is streamed to a virtual head, and
-what it has received is drawn.
+"""The examples for scanheads, as documented: a path is streamed to a virtual head, and the received
+data are drawn.
 """
 
 import glob
@@ -29,7 +29,7 @@ import stream  # noqa: E402
 
 
 def example(name, *arguments, text=None):
-    """-> what it prints"""
+    """-> the output"""
     return subprocess.run(['/usr/bin/python3', '-B', '%s/%s.py' % (EXAMPLES, name), *arguments],
                           input=text, stdout=subprocess.PIPE, text=True, check=True,
                           encoding='utf-8', timeout=120).stdout
@@ -41,7 +41,7 @@ class TestExamples(Case):
         self.add_cleanup(kernel.unload_module, 'xy3_sim')
 
     def check(self, top, axes):
-        """The head receives what was to be streamed, and nothing else."""
+        """The head receives exactly the streamed scans."""
         path = example('figure', 'circle')
         write_file(DEBUGFS + 'record', '10000 changes')
         assert '%d scans sent' % len(path.splitlines()) in example('stream', text=path)
@@ -57,7 +57,7 @@ class TestExamples(Case):
         drawn = [[at for at, letter in enumerate(row) if letter != '\u2800'] for row in rows]
         assert len(drawn) == 20
         assert (drawn[0], drawn[-1]) == ([], [])       # its radius is 0.9
-        for row in drawn[1:-1]:                                 # as far to the left as to the right
+        for row in drawn[1:-1]:                                 # symmetric
             assert abs(row[0] + row[-1]-39) < 1
         assert (drawn[9][0], drawn[9][-1]) == (2, 37)
 
@@ -67,7 +67,7 @@ class TestExamples(Case):
         self.check((1 << 26) - 1, 2)
 
     def test_gate(self):
-        """Letters, of which the jumps between strokes do not show"""
+        """Letters, without the jumps between strokes"""
         self.head('lines=4 framing=line')
         write_file(DEBUGFS + 'signals', 'sync x y gate')
         spi, = glob.glob('/sys/bus/spi/devices/spi*.0')
@@ -78,7 +78,7 @@ class TestExamples(Case):
         top = (1 << 20) - 1
         want = [[round((float(x) + 1) / 2 * top), round((float(y) + 1) / 2 * top), int(gate)]
                 for x, y, gate in map(str.split, path.splitlines())]
-        want.append([*want[-1][:2], 0])         # the gate falls behind the last
+        want.append([*want[-1][:2], 0])         # the gate falls after the last one
         got = [list(map(int, line.split())) for line in read_file(DEBUGFS + 'record').splitlines()]
         assert got == want
         assert 'high 0\n' in read_file(DEBUGFS + 'gate')
@@ -87,14 +87,14 @@ class TestExamples(Case):
         assert len(jumps - strokes) > 20
         assert self.shown('draw') == strokes
         assert self.shown('draw', '--all') == strokes | jumps
-        # the first page's picture is of these, but for the codes' rounding
+        # the picture in README.md is of these, except for rounding of the codes
         drawn, shown = draw.read(DEBUGFS), pictures.letters()
         assert len(drawn) == len(shown)
         assert all(math.dist(one, two) < 2 / top for one, two in zip(drawn, shown))
 
     @staticmethod
     def letter(x, y, top):
-        """-> row and column of the printed picture"""
+        """-> row and column in the printed picture"""
         return (79 - round(y / top * 79)) // 4, round(x / top * 79) // 2
 
     @staticmethod
@@ -111,7 +111,7 @@ class TestExamples(Case):
 
     @staticmethod
     def received(name, *arguments):
-        """-> [(code, ...), ...] of what it streams"""
+        """-> [(code, ...), ...] of the stream"""
         write_file(DEBUGFS + 'record', '10000 changes')
         assert '2000 scans sent' in example(name, *arguments)
         rows = read_file(DEBUGFS + 'record').splitlines()
@@ -119,7 +119,7 @@ class TestExamples(Case):
 
     @staticmethod
     def near(got, want, top):
-        """Whether these are codes of the places, each from -1 to 1, but for a rounding"""
+        """Whether these are the codes of positions from -1 to 1, except for rounding"""
         return len(got) == len(want) and all(
             abs(code - (place + 1) / 2 * top) < 1 for codes, places in zip(got, want)
             for code, place in zip(codes, places))
@@ -149,7 +149,7 @@ class TestExamples(Case):
         assert [scan[2] for scan in got] == [1] * 1999 + [0]
 
     def test_libiio(self):
-        """The axis that is left out stays where it was."""
+        """An omitted axis keeps its position."""
         self.head('lines=4 framing=line')
         write_file('/sys/bus/iio/devices/iio:device0/out_angl2_raw', '77')
         got = self.received('libiio_figure', '--rate', '12345')

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""doctor with real faults: of virtual pendants and heads, each beside the device that is well.
+"""doctor with real faults of virtual pendants and heads, each compared with the device without it.
 
-What is not about a device (headers, DKMS, Secure Boot, udev's rules) is in test_doctor_root.py: the
-test kernel has none of it.
+Checks of the installation (headers, DKMS, Secure Boot, udev's rules) are in test_doctor_root.py:
+the test kernel has none of these.
 """
 
 import fcntl
@@ -23,12 +23,12 @@ xhcctl, xy3ctl = Tool('xhcctl'), Tool('xy3ctl')
 INSTALLATION = {'headers', 'dkms', 'module', 'blacklist', 'version', 'signature', 'rules'}
 USBDEVFS_DISCONNECT_CLAIM = 0x8108551b
 USBDEVFS_RELEASEINTERFACE = 0x80045510
-LIMIT = 60              # seconds, for what takes none on a machine that has nothing else to do
+LIMIT = 60              # timeout in seconds; an idle machine needs none of it
 DIALOUT = grp.getgrnam('dialout').gr_gid
 
 
 def look(tool, *words):
-    """-> {id: [(status, text, fix), ...]} of what is about devices"""
+    """-> {id: [(status, text, fix), ...]} of the checks of devices"""
     status, output, errors = tool.run('doctor', '--json', *words)
     document, = tool.documents(output)
     found = any(finding['status'] == 'found' for finding in document['findings'])
@@ -43,10 +43,10 @@ def look(tool, *words):
 
 
 class Checks:
-    """For both kinds of cases"""
+    """Common to cases of pendants and heads"""
 
     def found(self, *words):
-        """-> {id: (text, fix)} of what was found, but for udev's work: there is no udevd here"""
+        """-> {id: (text, fix)} of findings, except about udev: there is no udevd here"""
         return {check: finding[1:] for check, all_of_it in look(self.tool, *words).items()
                 for finding in all_of_it if finding[0] == 'found' and check != 'access'}
 
@@ -54,14 +54,14 @@ class Checks:
         assert self.found() == {}
 
     def assert_found(self, check, text, fix):
-        """That and nothing else"""
+        """Exactly this check has a finding"""
         found = self.found()
         assert list(found) == [check], found
         assert text in found[check][0]
         assert fix in found[check][1]
 
     def give(self, *paths):
-        """What udev's rules do"""
+        """Does what the udev rules do"""
         for path in paths:
             os.chown(path, -1, DIALOUT)
             os.chmod(path, os.stat(path).st_mode | 0o060)
@@ -96,7 +96,7 @@ class TestPendant(Checks, rig.Case):
         finally:
             os.close(fd)
         assert 'no driver' in self.found()['holder'][0]
-        # the line that fixes it
+        # the suggested fix
         write_file('/sys/bus/usb/drivers/usbhid/bind', interface)
         assert wait(lambda: not self.found())
 
@@ -116,7 +116,7 @@ class TestPendant(Checks, rig.Case):
         try:
             write_file('/sys/bus/hid/drivers/hid-generic/bind', name)
         except OSError:
-            pass                        # it leaves devices alone that have a driver of their own
+            pass                        # it ignores devices that have their own driver
         else:
             self.assert_found('driver', 'hid-generic instead of hid-xhc', 'unbind')
             write_file('/sys/bus/hid/drivers/hid-generic/unbind', name)
@@ -153,7 +153,7 @@ class TestPendant(Checks, rig.Case):
         assert self.access() == {'ok'}
 
     def test_access_of_users(self):
-        """One who is no member, and one who has become a member but not logged in again"""
+        """A user who is not a member, and a new member who has not logged in again"""
         pendant = self.plug()
         self.give(pendant.event_node, pendant.file('flush'))
         shutil.copy(xhcctl.path, '/run/xhcctl')
@@ -210,11 +210,11 @@ class TestHead(Checks, forward_rig.Case):
         self.assert_well()
 
     def test_head_at_another_rate(self):
-        """A real one, and the line that fixes it"""
+        """A real fault, and the suggested fix"""
         forward = self.head(2, 'cs')
         assert 'back' not in self.found()
         write_file(forward.head + 'autobaud', '0')
-        forward.unbind()                # else the head would be told
+        forward.unbind()                # else a command would set the rate of the head
         write_file(forward.head + 'rate', '57600')
         assert wait(lambda: 'back' in self.found(), LIMIT)
         assert '57600' in self.found()['back'][0]
@@ -225,7 +225,7 @@ class TestHead(Checks, forward_rig.Case):
 
     def test_another_program_at_the_uart(self):
         forward = self.head(2, 'cs')
-        # this process is ldattach's part, but has another name
+        # this process acts as ldattach, but has another name
         self.assert_found('uart', 'has /dev/ttyXY3SIM0 open', 'kill %d' % os.getpid())
         forward.close()
         attach = xy3ctl.start('attach', '/dev/ttyXY3SIM0')
@@ -281,7 +281,7 @@ class TestHead(Checks, forward_rig.Case):
 
 
 class TestNumber(Checks, forward_rig.Case):
-    """The line discipline's, as a module parameter"""
+    """That of the line discipline, a module parameter"""
     tool = xy3ctl
 
     def test_another_number(self):

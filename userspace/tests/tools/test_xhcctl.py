@@ -44,7 +44,7 @@ class ToolCase(Case):
 
     @staticmethod
     def udev_entry(pendant, layout):
-        """What udev keeps of a node once it has seen the layout's entry in its hwdb."""
+        """The udev database of a node with the layout's entry in the hwdb."""
         status = os.stat(pendant.event_node)
         os.makedirs('/run/udev/data', exist_ok=True)
         path = '/run/udev/data/c%d:%d' % (os.major(status.st_rdev), os.minor(status.st_rdev))
@@ -151,7 +151,7 @@ class TestShow(ToolCase):
             pendant.set('position', '1.5 -2 3 -220.334 0 1')
             pendant.set('state', 'run+0x40')
             pendant.report(selector=0x11)
-            pendant.settle()                # no number changes while it is shown
+            pendant.settle()                # so that no number changes meanwhile
             result = run('show')
             assert (result.status, result.err) == (OK, '')
             lines = dict(line.split(None, 1) for line in result.out.splitlines())
@@ -169,7 +169,7 @@ class TestShow(ToolCase):
         pendant = self.plug()
         pendant.set('position', '65535.9999 -2 3 -220.334 0 -0.0001')
         pendant.set('day', '31')
-        pendant.settle()                    # no number changes while it is shown
+        pendant.settle()                    # so that no number changes meanwhile
         shown = run('show', '--json').json()[0]
         assert (shown['name'], shown['model'], shown['awake'], shown['layout']) == \
                          (self.name(pendant), 'HB04', False, None)
@@ -191,7 +191,7 @@ class TestSet(ToolCase):
         pendant = self.plug()
         pendant.set('refresh_ms', '1000')
         for turn in range(1, 6):
-            pendant.flush()                 # the next frame is not due before the tool has ended
+            pendant.flush()                 # so that no frame is due while the tool runs
             before = pendant.settle()
             result = run('set', 'work_x=%d.5' % turn, 'work_y=-77.89', 'machine_z=-%d' % turn,
                          'feedrate=%d' % turn, 'spindle_override=80', 'step=%d' % (turn % 2),
@@ -211,7 +211,7 @@ class TestSet(ToolCase):
         assert pendant.get('position') == '1 2 3 4 5 6.13'
 
     def test_step_code_in_json(self):
-        """A code without a multiplier is a text; one with a multiplier is that"""
+        """A code without a multiplier is a text; one with a multiplier is a number"""
         self.plug()
         for code, shown in (('0x0b', '0x0b'), ('0x03', 10)):
             assert run('set', 'step=' + code, '-j').json()[0]['dro']['step'] == shown
@@ -252,7 +252,7 @@ class TestSet(ToolCase):
         assert pendant.device.lcd.as_dict()['work_x'] == '1.0000'
 
     def ranges(self, model, rows):
-        """(field, text of the range, values in it, values out of it, values that are none)"""
+        """rows: (field, text of the range, values in range, values out of range, invalid values)"""
         self.plug(model)
         for field, text, good, over, none in rows:
             for value in good:
@@ -300,7 +300,7 @@ class TestMonitor(ToolCase):
 
     @staticmethod
     def short(document):
-        """An event without what all have"""
+        """An event without the members common to all"""
         return {key: value for key, value in document.items()
                 if key not in ('schema', 'tool', 'verb', 'time')}
 
@@ -396,7 +396,7 @@ class TestMonitor(ToolCase):
             {'event': 'selector', 'position': 'off', 'value': 0}]
 
     def test_unplugged_with_a_key_down(self):
-        """A reader sees the key go up, whatever the kernel had time to report."""
+        """The release of the key is printed, regardless of what the kernel had time to report."""
         pendant = self.plug()
         pendant.report(key1=2, selector=0x12)
         follower, _ = self.start()
@@ -433,7 +433,7 @@ class TestMonitor(ToolCase):
         pendant.bind()
 
     def test_no_key_latches_when_events_are_lost(self):
-        """The monitor is stopped while more happens than the kernel keeps for it."""
+        """The monitor is stopped while more events occur than the kernel buffers."""
         pendant = self.plug()
         pendant.report(key1=5)
         follower, _ = self.start()
@@ -507,7 +507,7 @@ class TestMonitor(ToolCase):
 
 
 class Terminal:
-    """A terminal of 80 columns and 24 lines, and as much of it as the monitor uses."""
+    """A terminal of 80 columns and 24 lines, as far as the monitor uses its functions."""
 
     def __init__(self, *arguments, **more):
         self.master, slave = pty.openpty()
@@ -530,7 +530,7 @@ class Terminal:
                 self.changed.notify_all()
 
     def lines(self):
-        """The last whole picture"""
+        """The last complete picture"""
         pictures = self.bytes.decode().split('\x1b[H')
         picture = pictures[-1]
         if not picture.count('\n') >= 24 - 1 and len(pictures) > 2:

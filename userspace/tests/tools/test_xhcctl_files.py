@@ -36,7 +36,7 @@ class FileCase(Case):
 
     @staticmethod
     def as_nobody(*arguments):
-        """Runs copies: the checkout may be where only its owner may look."""
+        """Runs copies: only the owner may have access to the checkout."""
         shutil.copy(xhcctl.path, '/run/xhcctl')
         shutil.copytree(LAYOUTS, '/run/layouts', dirs_exist_ok=True)
         return run(*arguments, executable='/run/xhcctl', user=65534, group=65534, cwd='/',
@@ -110,7 +110,7 @@ class TestRecord(FileCase):
         assert run('record', '-t', '5', '/dev/full').status == FAILURE
 
     def test_not_allowed(self):
-        """The hidraw node is root's."""
+        """The hidraw node requires root."""
         self.plug()
 
         self.assert_says(self.as_nobody('record'), FAILURE, '/dev/hidraw', 'Permission denied')
@@ -143,7 +143,7 @@ class TestReplay(FileCase):
         return path, pendant.device.phys
 
     def eyes(self, phys):
-        """On the event node of the pendant that replay makes."""
+        """Events on the node of the pendant that replay creates."""
         path = find.wait(lambda: find.hid_directory(phys), 20)
         assert path
         node = find.wait(lambda: find.nodes(path)[0], 20)
@@ -183,7 +183,7 @@ class TestReplay(FileCase):
         assert self.timed('--fast') < 2.5
 
     def test_the_display_of_a_replayed_one(self):
-        """Its frames are taken; the pendant is one as any other."""
+        """Its frames are accepted; it works like any other pendant."""
         path, phys = self.recorded('display')
         follower = self.follow('replay', '--before', '30', path)
         self.eyes(phys)
@@ -213,7 +213,7 @@ class TestReplay(FileCase):
 
 
 class TestApply(FileCase):
-    """With programs in udev's place that write down how they were called."""
+    """With programs instead of udev that record their arguments."""
 
     CALLED = '/run/called'
     SOCKET = '/run/udev/control'    # of udevd
@@ -242,7 +242,7 @@ class TestApply(FileCase):
             os.chmod(path, 0o755)
         with open(self.CALLED, 'w', encoding='ascii'):
             pass
-        # a folder /etc of its own, as the kernel's root is the host's
+        # a separate /etc, as the root of the kernel is that of the host
         return subprocess.run(
             ['unshare', '-m', 'sh', '-c', 'mount -t tmpfs tmpfs /etc && "$0" layout %s --apply; '
              'status=$?; cat /etc/udev/hwdb.d/* 2> /dev/null; exit $status' % name, xhcctl.path],
@@ -264,7 +264,7 @@ class TestApply(FileCase):
         assert self.called() == self.RELOAD
 
     def test_without_udevd(self):
-        """As in a container: udevadm would fail. There is a pendant, and nothing has its codes."""
+        """As in a container: udevadm would fail. There is a pendant, whose codes are not set."""
         self.plug()
         os.rename(self.SOCKET, self.SOCKET + '.away')
         self.add_cleanup(os.rename, self.SOCKET + '.away', self.SOCKET)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""xhcctl with a virtual WHB04B: what differs from an HB03 or HB04, which are in test_xhcctl.py."""
+"""xhcctl with a virtual WHB04B: differences to an HB03 or HB04 (see test_xhcctl.py)."""
 
 import os
 import signal
@@ -44,7 +44,7 @@ class TestAttributes(ToolCase):
         assert '(whb04b)' in run('list').out
 
     def test_show_is_sysfs(self):
-        """All that the driver has for the model, and nothing else"""
+        """Exactly the attributes that the driver has for the model"""
         pendant = self.whb04b()
         pendant.set('rows', '1.5 -2 65535.9999')
         lines = dict(line.split(None, 1) for line in run('show').out.splitlines())
@@ -102,7 +102,7 @@ class TestAttributes(ToolCase):
 
 class TestMonitor(ToolCase):
     def start(self, pendant, *arguments):
-        """With the pendant awake, and nothing chosen."""
+        """The pendant is awake, and no axis is selected."""
         pendant.device.wake()
         assert wait(lambda: pendant.get('awake') == '1')
         follower = self.follow('monitor', '--json', *arguments)
@@ -123,7 +123,7 @@ class TestMonitor(ToolCase):
                 'code': 'BTN_TRIGGER_HAPPY%d' % scan}
 
     def test_rotaries_and_wheel(self):
-        """While an axis is chosen reports stream; none of them is an event."""
+        """While an axis is selected reports are streamed; none of them is an event."""
         pendant = self.whb04b()
         follower, start = self.start(pendant)
         assert start['rotary'] == '2%'
@@ -162,7 +162,7 @@ class TestMonitor(ToolCase):
             assert self.next(follower) == self.key(0x0c, 'Fn', True)
             pendant.device.press(key['scan'])
             assert self.next(follower) == self.key(key['scan'], key['fn'], True)
-            pendant.device.release(0x0c)            # first; the key stays what it was
+            pendant.device.release(0x0c)            # the label of the key stays
             assert self.next(follower) == self.key(0x0c, 'Fn', False)
             pendant.device.release(key['scan'])
             assert self.next(follower) == self.key(key['scan'], key['fn'], False)
@@ -181,7 +181,7 @@ class TestMonitor(ToolCase):
         assert {'event': 'selector', 'position': 'off', 'value': 0} in got
 
     def test_out_of_range(self):
-        """Reports that streamed and stop: nothing stays down or chosen."""
+        """Streamed reports stop: no key stays down, no position stays selected."""
         pendant = self.whb04b()
         follower, _ = self.start(pendant)
         pendant.device.select(pendant.device.model.selector['y'])
@@ -196,7 +196,7 @@ class TestMonitor(ToolCase):
         assert {'event': 'selector', 'position': 'off', 'value': 0} in got
 
     def test_unplugged(self):
-        """All that was held or chosen is released, and the second rotary is not known."""
+        """Keys and positions are released, and the second rotary is unknown."""
         pendant = self.whb04b()
         follower, _ = self.start(pendant)
         pendant.device.select(pendant.device.model.selector['c'])
@@ -263,7 +263,7 @@ class TestPicture(ToolCase):
 
 class TestFiles(ToolCase):
     def test_record_and_replay(self):
-        """What was recorded gives the same events."""
+        """Replay of a recording causes the same events."""
         os.makedirs(FOLDER, exist_ok=True)
         path = FOLDER + '/whb04b'
         pendant = self.whb04b(streams=False)

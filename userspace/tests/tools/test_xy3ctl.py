@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""xy3ctl with a virtual head (xy3-sim): what it prints, its JSON, its exit status; and what of it
-the head has seen.
+"""xy3ctl with a virtual head (xy3-sim): its output, JSON and exit status; and the data that the
+head has received.
 """
 
 import array
@@ -19,7 +19,7 @@ import kernel
 from kernel import read_file, wait, write_file
 from tool import FAILURE, INTERRUPTED, NO_DEVICE, OK, USAGE, Tool
 
-LIMIT = 60              # seconds, for what takes none on a machine that has nothing else to do
+LIMIT = 60              # timeout in seconds; an idle machine needs none of it
 xy3ctl = Tool('xy3ctl')
 SPIDEV = os.environ.get('SPIDEV_MODULE', '')
 
@@ -30,7 +30,7 @@ def setup_module():
 
 
 def lines_with(running, *words):
-    """-> the lines up to that which is the last of these words to come, in any order"""
+    """-> the lines until all of these words were printed, in any order"""
     lines = []
     while not all(any(word in line for line in lines) for word in words):
         line = running.line()
@@ -53,7 +53,7 @@ class Case(forward_rig.Case):
         return running
 
     def assert_status(self, status, *words, says='', text=''):
-        """That it ends so, with a word about it on standard error, and nothing on the other"""
+        """It exits with this status, a message on standard error, and no output"""
         found, output, errors = xy3ctl.run(*words, text=text)
         assert (found, output) == (status, ''), (words, errors)
         assert re.search(r'^xy3ctl', errors), words
@@ -71,7 +71,7 @@ class TestWords(Case):
 
 class TestTelling(Case):
     def told(self, forward):
-        """A head that tells all, and has told it."""
+        """A head that has reported all values."""
         for name, text in (('vendor', 'Lasers Ltd'), ('model', 'LX-20'), ('firmware', '1.2.3'),
                            ('serial', '4711'), ('temperatures', '3150 - 2980 -550'),
                            ('errors', '0 0 1 101'), ('hours', '1234 - 7'), ('report', '1')):
@@ -83,7 +83,7 @@ class TestTelling(Case):
         assert wait(lambda: {'head', 'dac_x', 'dac_y'} <= self.thermometers(forward), LIMIT)
 
     def thermometers(self, forward):
-        """-> their labels; a worker registers the device, and anew when there are more of them"""
+        """-> their labels; a worker registers the device, and again if there are more of them"""
         try:
             return {read_file(path).rstrip('\n')
                     for path in glob.glob(forward.head + 'hwmon*/temp*_label')}
@@ -150,7 +150,7 @@ class TestTelling(Case):
                           'temperature/dac_y -5.50']
         forward.set_sim('errors', '0 4 0 0')
         forward.set_sim('report', '1')
-        # it reads one after another: the packet may have come in the middle of that
+        # it reads one file after another: the packet may arrive meanwhile
         assert {line.split(' ', 1)[1] for line in lines_with(
             watch, 'errors/dsp', 'errors/dac_x', 'errors/dac_y')} == \
             {'errors/dsp power', 'errors/dac_x none', 'errors/dac_y none'}
@@ -168,7 +168,7 @@ class TestTelling(Case):
         assert {line['name']: line['value'] for line in changed} == \
             {'temperature/head': 31.6, 'temperature/dac_x': None, 'temperature/dac_y': None}
         assert len(changed) == 3
-        forward.close()                 # and the forward channel's end is the head's
+        forward.close()                 # then the head ends with its forward channel
         forward.unbind()
         status, _, errors = watch.end()
         assert status == NO_DEVICE, errors
@@ -184,7 +184,7 @@ class TestTelling(Case):
         assert 'timed out' in errors
 
     def test_watch_on_a_terminal(self):
-        """A picture of 24 lines of 80 characters at most, with an error in red"""
+        """A picture of at most 24 lines of 80 characters, with an error in red"""
         forward = self.head(4, 'line')
         self.told(forward)
         master, slave = pty.openpty()
@@ -199,7 +199,7 @@ class TestTelling(Case):
         while select.select([master], [], [], 20)[0]:
             try:
                 data += os.read(master, 65536)
-            except OSError:             # it has ended
+            except OSError:             # the program has exited
                 break
         assert os.waitpid(process, 0)[1] == 0
         text = data.decode().replace('\r\n', '\n')
@@ -234,7 +234,7 @@ class TestPackets(Case):
         assert (status, len(xy3ctl.documents(output))) == (OK, 3)
 
     def listening(self, *options):
-        """Packets are handed out to programs that have the tty open."""
+        """Packets are passed to programs that have the tty open."""
         packets = self.started('packets', *options)
         folder = '/proc/%d/fd/' % packets.process.pid
         assert wait(lambda: any(os.path.realpath(folder + name) == '/dev/xy3-0'
@@ -261,7 +261,7 @@ class TestGate(Case):
         return forward
 
     def places(self, forward, *options):
-        """-> X of the scans with the gate high, of ten of which the fourth and fifth ask for it"""
+        """-> X of the scans with a high gate, of ten scans of which the fourth and fifth set it"""
         with open('/run/scans', 'w', encoding='ascii') as file:
             for i in range(10):
                 file.write('%d 5 %d\n' % (i, i in (3, 4)))
@@ -359,7 +359,7 @@ class TestMoving(Case):
         (8, 'cs', 'x y z u w - - -', {'x': 1, 'y': 2, 'z': 3, 'u': 4, 'w': 5}),
         (4, 'line', 'sync x y gate', {'x': 3, 'y': 4})))
     def test_goto_is_one_scan(self, lines, framing, signals, where):
-        """No staircase: the head never sees a place between the old one and the new one."""
+        """No intermediate steps: the head receives no position between the old and the new one."""
         forward = self.head(lines, framing, attach=False,
                             more='signals=' + signals.replace(' ', ','))
         forward.record(100)
@@ -387,7 +387,7 @@ class TestMoving(Case):
 
 class TestStreaming(Case):
     def recorded(self, forward):
-        """-> scans that came, without those that repeat the one before"""
+        """-> received scans, without those that repeat the previous one"""
         axes = forward.axes
         data = array.array('I', forward.recorded())
         return [tuple(data[i:i + axes]) for i in range(0, len(data), axes)]
@@ -412,7 +412,7 @@ class TestStreaming(Case):
         assert forward.get('buffer/enable') == '0'
 
     def test_shapes_are_those_of_the_example(self):
-        """figure.py, which has them from the same words, is at the same corners"""
+        """figure.py, with the same arguments, has the same corners"""
         forward = self.head(2, 'cs', attach=False)
         corner = 0.9 * math.sqrt(0.5)
         for shape, corners in (('square', 4), ('grid', 20)):
@@ -468,7 +468,7 @@ class TestStreaming(Case):
         self.assert_status(FAILURE, 'stream', '/no/such/file', says='No such file')
 
     def test_rate_and_interruption(self):
-        """It stops when it is told to: the buffer is off, and the count is that of scans sent."""
+        """It stops on a signal: the buffer is off, and the count is that of scans sent."""
         forward = self.head(2, 'cs', attach=False, more='realtime=1')
         stream = self.started('stream', 'circle', '--repeat', '0', '-r', '20000', '-j')
         assert wait(lambda: forward.number('scans') > 30000, LIMIT)
@@ -482,7 +482,7 @@ class TestStreaming(Case):
         self.assert_status(FAILURE, 'stream', 'circle', '-r', '99999999', says='out of range')
 
     def test_interrupted_with_a_full_buffer(self):
-        """4 s of scans are in the driver: they are dropped, and the gate is low at once."""
+        """4 s of scans are queued in the driver: they are dropped, and the gate is low at once."""
         forward = self.head(4, 'line', attach=False, more='realtime=1')
         forward.set_sim('signals', 'sync x y gate')
         write_file(forward.spi + 'line_map', 'sync x y gate')
@@ -562,7 +562,7 @@ class TestAttaching(Case):
         attach = self.started('attach', '/dev/ttyXY3SIM0')
         assert attach.line() == 'xy3-0'
         assert wait(lambda: xy3ctl.json('show')['in_sync'], LIMIT)
-        self.assert_status(FAILURE, 'attach', '/dev/xy3-0')      # a head is no UART
+        self.assert_status(FAILURE, 'attach', '/dev/xy3-0')      # a head is not a UART
         assert xy3ctl.run('detach', 'xy3-0') == (OK, '', '')
         assert attach.end()[0] == OK
         assert xy3ctl.json('show')['rate'] is None
@@ -583,7 +583,7 @@ class TestAttaching(Case):
         assert wait(lambda: xy3ctl.json('show')['in_sync'], LIMIT)
         self.assert_status(FAILURE, 'attach', '/dev/ttyXY3SIM0', says='already')
         assert len(self.holders('/dev/ttyXY3SIM0')) == 1
-        # when it returns the UART is free, for another program or for modprobe -r
+        # after it the UART is free, for another program or for modprobe -r
         assert xy3ctl.run('detach', '/dev/ttyXY3SIM0')[0] == OK
         assert self.holders('/dev/ttyXY3SIM0') == []
 
@@ -605,5 +605,5 @@ class TestAttaching(Case):
                 found += [pid for name in files
                           if os.path.realpath('/proc/%s/fd/%s' % (pid, name)) == node]
             except OSError:
-                continue                # it has ended
+                continue                # the program has exited
         return found
