@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The node that hid-xhc makes, as other people's programs see it: evtest, python-evdev, jstest, and
-hal_input of LinuxCNC, each with every key, every position of the selector and the wheel; and
-libinput, which leaves a pendant alone.
+"""The node of hid-xhc in third-party programs: evtest, python-evdev, jstest, and hal_input of
+LinuxCNC, each with all keys, all positions of the selector and the wheel; and libinput, which
+ignores a pendant.
 """
 
 import contextlib
@@ -19,7 +19,7 @@ from evdev import ecodes
 from halcmd import USER, Halcmd
 from kernel import is_loaded, load_module, wait
 
-LIMIT = 60              # seconds, for what takes none on a machine that has nothing else to do
+LIMIT = 60              # timeout in seconds; an idle machine needs none of it
 SCAN_CODES = range(1, 0x18)
 SELECTOR = {1: 'x', 2: 'y', 3: 'z', 4: 'a', 5: 'feed', 6: 'spindle'}      # ABS_MISC -> position
 BUTTONS = [*(ecodes.BTN_TRIGGER_HAPPY + scan - 1 for scan in SCAN_CODES),
@@ -43,7 +43,7 @@ def pendant():
 
 
 class Program:
-    """Another program and its lines"""
+    """A program and the lines of its output"""
 
     def __init__(self, *words):
         self.process = subprocess.Popen(['stdbuf', '-oL', *words], stdout=subprocess.PIPE,
@@ -51,7 +51,7 @@ class Program:
         self.rest = b''
 
     def line(self):
-        """The next one, which has to come"""
+        """The next line, which must be printed"""
         while b'\n' not in self.rest:
             ready, _, _ = select.select([self.process.stdout], [], [], LIMIT)
             assert ready, 'not a line in %d s' % LIMIT
@@ -62,7 +62,7 @@ class Program:
         return line.decode()
 
     def until(self, text):
-        """-> the lines before the one that begins so"""
+        """-> the lines before the one that starts with this text"""
         lines = []
         while not (line := self.line()).startswith(text):
             lines.append(line)
@@ -83,7 +83,7 @@ def running(*words):
 
 
 def use_all(pendant):
-    """Uses all that a pendant has; -> (what, number or detents, down) of each step, after it."""
+    """Operates all controls; -> (control, number or detents, down) of each step, after it."""
     device = pendant.device
     for scan in SCAN_CODES:
         device.press(scan)
@@ -101,7 +101,7 @@ def use_all(pendant):
 
 
 def events_of(what, number, down, before):
-    """The events of a step of use_all(); before: the selector's position before it"""
+    """The events of a step of use_all(); before: the previous position of the selector"""
     if what == 'key':
         return [(ecodes.EV_MSC, ecodes.MSC_SCAN, number),
                 (ecodes.EV_KEY, ecodes.BTN_TRIGGER_HAPPY + number - 1, down)]
@@ -114,7 +114,7 @@ def events_of(what, number, down, before):
 
 
 def steps(pendant):
-    """-> for each step of use_all(), after it: the events that it makes"""
+    """-> for each step of use_all(), after it: its events"""
     before = 0
     for what, number, down in use_all(pendant):
         yield events_of(what, number, down, before)
@@ -174,7 +174,7 @@ class TestPythonEvdev:
 
     @staticmethod
     def read(device):
-        """-> the next report's events"""
+        """-> the events of the next report"""
         events = []
         while True:
             assert select.select([device], [], [], LIMIT)[0], 'no event'
@@ -198,7 +198,7 @@ class TestPythonEvdev:
             assert self.read(device) == events
 
     def test_state(self, pendant, device):
-        """Of a program that comes when a key is down and the selector at Z"""
+        """State for a program that starts when a key is down and the selector at Z"""
         pendant.device.press(0x0C)
         pendant.device.select(0x13)
         for _ in range(2):
@@ -223,7 +223,7 @@ class TestPythonEvdev:
 
 
 class TestJstest:
-    """The old interface of games: a button for each key and position, an axis for the selector"""
+    """The joystick interface: a button for each key and position, an axis for the selector"""
 
     @pytest.fixture
     def jstest(self, pendant):
@@ -236,7 +236,7 @@ class TestJstest:
 
     @staticmethod
     def node(pendant):
-        """js..., once it is there"""
+        """js..., once it exists"""
         event = os.path.realpath('/sys/class/input/' + os.path.basename(pendant.event_node))
         for name in os.listdir(os.path.dirname(event)):
             if re.match(r'js\d+$', name) and os.path.exists('/dev/input/' + name):
@@ -262,13 +262,13 @@ class TestJstest:
                     assert self.event(jstest) == (1, BUTTONS.index(code), value)
                 elif kind == ecodes.EV_ABS:
                     assert self.event(jstest)[:2] == (2, 0)
-        # no wheel: the next thing that it shows is a key
+        # no wheel: the next event that it shows is a key
         pendant.device.press(1)
         assert self.event(jstest) == (1, 0, 1)
 
 
 class TestHalInput:
-    """As an ordinary user of the group dialout"""
+    """Runs as a user of the group dialout"""
 
     @pytest.fixture
     def hal(self, pendant):
@@ -322,7 +322,7 @@ class TestHalInput:
 
 
 class TestLibinput:
-    """What a desktop reads its keyboards and mice by"""
+    """The library that a desktop uses for keyboards and mice"""
 
     @staticmethod
     def devices():
@@ -332,7 +332,7 @@ class TestLibinput:
 
     @pytest.fixture
     def keyboard(self):
-        """A keyboard beside the pendant, which is not left alone"""
+        """A keyboard besides the pendant, which is not ignored"""
         keys = range(ecodes.KEY_ESC, ecodes.KEY_F12)
         with contextlib.closing(evdev.UInput({ecodes.EV_KEY: keys}, name='keyboard')) as device:
             assert wait(lambda: 'ID_INPUT_KEYBOARD' in udevd.properties(device.device.path), LIMIT)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""udev's view of a pendant in every keycap layout: neither a keyboard nor a power switch, and open
-for the group dialout only.
+"""Properties of a pendant in udev with each layout: neither a keyboard nor a power switch, and
+access only for the group dialout.
 """
 
 import contextlib
@@ -21,10 +21,10 @@ from xhcctl_tool import LAYOUTS, environment, run
 
 LIMIT = 60
 DIALOUT = 20
-EVIOCGKEYCODE = 0x80084504      # <linux/input.h>, which python3-evdev has not
+EVIOCGKEYCODE = 0x80084504      # <linux/input.h>, missing in python3-evdev
 ETC = '/etc/udev'
 OWN_ENTRY = ETC + '/hwdb.d/62-own.hwdb'
-# what systemd-logind, a desktop and the kernel act upon
+# keys that systemd-logind, a desktop and the kernel act on
 OWN_KEYS = {0x01: 'power', 0x02: 'power2', 0x03: 'sleep', 0x04: 'suspend', 0x05: 'a',
             0x06: 'leftctrl', 0x07: 'capslock', 0x08: 'numlock', 0x09: 'mute', 0x0A: 'playpause',
             0x17: 'restart'}
@@ -34,7 +34,7 @@ CHOICES = {'default': 'HB04', 'hb03': 'HB03', 'hb04-16': 'HB04', 'hb04-18': 'HB0
 
 @pytest.fixture(scope='module', autouse=True)
 def machine():
-    """The guest's root is read-only: /etc/udev is a folder in memory, as after an installation."""
+    """The root of the guest is read-only: /etc/udev is in memory, as after an installation."""
     rig.load()
     if not is_loaded('joydev'):
         load_module(os.environ['JOYDEV_MODULE'])
@@ -55,7 +55,7 @@ def trigger(node, action='change'):
 
 
 def layout(*words):
-    """xhcctl layout, with this tree's layouts and the guest's udev"""
+    """xhcctl layout, with the layouts of this tree and the udev of the guest"""
     result = run('layout', *words, env=environment(SYSTEMD_IGNORE_CHROOT='1'))
     assert result.status == 0, result.err
     return result
@@ -63,9 +63,9 @@ def layout(*words):
 
 @contextlib.contextmanager
 def chosen(name):
-    """A layout of this tree, or the entry of a user who knows nothing of all this"""
+    """A layout of this tree, or a user's entry without its restrictions"""
     if name == 'own':
-        # the class as if there were keys enough for it
+        # the class that many keys would result in
         write_entry(' ID_INPUT_KEYBOARD=1\n' + ''.join(' KEYBOARD_KEY_%02x=%s\n' % key
                                                        for key in OWN_KEYS.items()))
         udev('systemd-hwdb', 'update')
@@ -93,7 +93,7 @@ def plugged(model='HB04'):
 
 @pytest.fixture(scope='module')
 def keyboard():
-    """A keyboard beside the pendant, of which udev and libinput must think otherwise"""
+    """A keyboard besides the pendant, which udev and libinput must classify as such"""
     keys = [*range(ecodes.KEY_ESC, ecodes.KEY_F12), ecodes.KEY_RESTART]
     with contextlib.closing(evdev.UInput({ecodes.EV_KEY: keys}, name='keyboard')) as device:
         assert wait(lambda: 'ID_INPUT_KEYBOARD' in udevd.properties(device.device.path), LIMIT)
@@ -138,7 +138,7 @@ BIN = ETC + '/hwdb.bin'
 
 
 def contents(folder):
-    """{path: what is in it} of all files below a folder"""
+    """{path: contents} of all files below a folder"""
     found = {}
     for place, _, names in os.walk(folder):
         for name in names:
@@ -148,7 +148,7 @@ def contents(folder):
 
 
 def codes(pendant):
-    """{scan code: key code} of the keys and of the selector's positions"""
+    """{scan code: key code} of the keys and the positions of the selector"""
     scans = [*range(1, 0x18), *range(0x21, 0x27)]
     with open(pendant.event_node, 'rb') as node:
         found = [struct.pack('II', scan, 0) for scan in scans]
@@ -177,7 +177,7 @@ def write_entry(text):
 
 
 class TestApply:
-    """Each time the pendant stays plugged in, and what is said holds when xhcctl has ended."""
+    """The pendant stays plugged in, and all changes are complete when xhcctl exits."""
 
     def check(self, pendant, name, keys):
         assert (layout_property(pendant), codes(pendant)) == (name, keys)
@@ -190,7 +190,7 @@ class TestApply:
             for name in 'hb04-18', 'hb04-16':
                 layout(name, '--apply')
                 self.check(pendant, name, codes_of(name))
-            for _ in range(2):      # also when there is none
+            for _ in range(2):      # also if there is none
                 assert layout('default', '--apply').err == ''
                 self.check(pendant, None, FIRST_CODES)
                 assert contents(ETC) == before
@@ -261,7 +261,7 @@ def test_the_layouts_are_all_that_are_shipped():
 
 
 def test_every_node_is_for_dialout_only():
-    """joydev's node has the keys, too."""
+    """The node of joydev reports the keys, too."""
     with plugged() as pendant:
         folder = os.path.dirname(os.path.realpath('/sys/class/input/' +
                                                   os.path.basename(pendant.event_node)))

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The examples for pendants, as an owner runs them, with a virtual pendant of each model; and the
-picture of an LCD on the first page.
+"""The examples for pendants, as documented, with a virtual pendant of each model; and the picture
+of an LCD in README.md.
 """
 
 import os
@@ -12,7 +12,7 @@ import pytest
 import rig
 
 EXAMPLES = os.path.realpath(os.path.join(rig.HERE, '..', '..', 'examples'))
-LIMIT = 60              # seconds; reached only in failure
+LIMIT = 60              # seconds; only reached on failure
 sys.path.insert(0, os.path.join(EXAMPLES, '..', 'demo'))
 
 import pictures  # noqa: E402 (needs the path)
@@ -38,7 +38,7 @@ class Example:
         self.process = subprocess.Popen(
             ['/usr/bin/python3', '-B', '%s/%s.py' % (EXAMPLES, name), *words], text=True,
             stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-        self.text = ''          # printed and not asked for: lines may come together
+        self.text = ''          # output not returned yet: several lines may arrive at once
 
     def line(self):
         pipe = self.process.stdout.fileno()
@@ -52,15 +52,15 @@ class Example:
         return line
 
     def has_open(self, node):
-        """Whether it reads a node: only what comes later does it see."""
+        """Whether it has opened a node: it only receives later events."""
         folder = '/proc/%d/fd' % self.process.pid
         try:
             return node in [os.readlink(os.path.join(folder, name)) for name in os.listdir(folder)]
         except FileNotFoundError:
-            return False            # it has just closed another one
+            return False            # it has closed another file meanwhile
 
     def end(self):
-        """-> (status, last words)"""
+        """-> (status, last line)"""
         _, errors = self.process.communicate(timeout=LIMIT)
         return self.process.returncode, errors.strip()
 
@@ -83,7 +83,7 @@ def example():
 
 
 def test_events(pendant, example):
-    """What was so before it began, and all that is done"""
+    """The state at its start, and all later operation"""
     device, model = pendant.device, pendant.device.model
     device.select(model.selector_code('y'))
     assert pendant.packet()
@@ -140,7 +140,7 @@ def test_no_pendant(example, name):
 
 
 def test_picture():
-    """The first page's commands give the LCD that its picture is drawn from."""
+    """The commands of README.md give the LCD of its picture."""
     plugged = rig.Rig('HB04').plug()
     try:
         plugged.set('position', '135.17 -77.89 0 -220.334 0 1.5')

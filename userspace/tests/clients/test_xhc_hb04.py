@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Debian's own xhc-hb04, the HAL component of LinuxCNC that runs real HB04 units by libusb, on the
-virtual HB04: what the one sends is what the other shows, and what is pressed and turned on the one
-is what the other has on its pins. Neither was written with the other at hand.
+"""Debian's xhc-hb04, the HAL component of LinuxCNC that drives real HB04 units by libusb, with the
+virtual HB04: the LCD shows the values that the program sends, and keys, selector and wheel appear
+on its pins. Both were written independently.
 
-The program takes the pendant away from hid-xhc, which has to get it back afterwards.
+The program detaches the pendant from hid-xhc, which must be bound again afterwards.
 """
 
 import contextlib
@@ -27,12 +27,12 @@ from xhc_sim.usb import UsbPendant
 from xhcctl_tool import LAYOUTS, environment, run
 
 COMPONENT = 'xhc-hb04'
-LIMIT = 60              # seconds, for what takes none on a machine that has nothing else to do
+LIMIT = 60              # timeout in seconds; an idle machine needs none of it
 CONFIG = '/usr/share/linuxcnc/hallib/xhc-hb04-%s.cfg'
 POSITIONS = ['%s.pos-%s' % (axis, kind) for kind in ('relative', 'absolute') for axis in 'xyz']
 SELECTOR = {'off': 'off', 'x': 'x', 'y': 'y', 'z': 'z', 'a': 'a', 'spindle': 'spindle-override',
             'feed': 'feed-override'}
-# the program's name of a key -> the caps that our layouts have for it
+# the name of a key in the program -> its labels in our layouts
 CAPTIONS = {
     'goto-zero': ['Goto zero'], 'start-pause': ['Start/Pause'], 'rewind': ['Rewind'],
     'probe-z': ['Probe-Z'], 'macro-3': ['Macro 3'], 'half': ['1/2='], 'zero': ['0='],
@@ -45,7 +45,7 @@ CAPTIONS = {
 
 
 class XhcHb04:
-    """The program as LinuxCNC starts it, in a HAL of its own"""
+    """The program as LinuxCNC starts it, in a separate HAL"""
 
     def __init__(self, *options, config='layout2'):
         self.halcmd = Halcmd()
@@ -60,7 +60,7 @@ class XhcHb04:
         self.halcmd.set_pins(COMPONENT, pins)
 
     def wait_for(self, **wanted):
-        """Waits until pins have these values; where a pin has - or . the argument has _."""
+        """Waits until pins have these values; - and . of pin names are _ in arguments."""
         found = {}
 
         def as_wanted():
@@ -71,12 +71,12 @@ class XhcHb04:
         assert wait(as_wanted, LIMIT, 0.02), {name: found.get(name) for name in wanted}
 
     def keys(self):
-        """Names of the keys that are down"""
+        """Names of pressed keys"""
         return [name.removeprefix('button-') for name, value in self.pins().items()
                 if name.startswith('button-') and value == 'TRUE']
 
     def end(self, how=signal.SIGTERM):
-        """-> what it has printed"""
+        """-> its output"""
         self.process.send_signal(how)
         return self.process.communicate(timeout=LIMIT)[0]
 
@@ -87,8 +87,8 @@ class XhcHb04:
 
 
 class TryOut(XhcHb04):
-    """The program as a user starts it to try a pendant out: without HAL, it prints the reports and
-    moves a machine of its own."""
+    """The program as a user starts it to test a pendant: without HAL it prints the reports and
+    moves a simulated machine."""
 
     def __init__(self):
         self.process = subprocess.Popen([*USER, 'xhc-hb04', '-I', CONFIG % 'layout2'], text=True,
@@ -100,15 +100,15 @@ class TryOut(XhcHb04):
 
 
 def wait_seen(device):
-    """The program has seen all reports: it looks at what has come before it sends a frame, and the
-    frame that is on its way now may have been the last one before."""
+    """Waits until the program has read all reports: it does so before it sends a frame, and the
+    frame in progress may have been started before the last report."""
     assert wait(lambda: not device.pending(), LIMIT), 'it does not ask for reports'
     assert device.wait_frames(device.frame_count + 2, LIMIT), 'it sends no frame'
 
 
 @contextlib.contextmanager
 def using(program, pendant):
-    """The program, once it has the pendant"""
+    """The program, once it has claimed the pendant"""
     try:
         assert wait(lambda: find.driver(pendant.interface) == 'usbfs', LIMIT), \
             'it does not take the pendant'
@@ -119,28 +119,28 @@ def using(program, pendant):
 
 
 def find_interface():
-    """The pendant's USB interface, whatever drives it; None while there is none"""
+    """The USB interface of the pendant with any driver; None if there is none"""
     for path in glob.glob('/sys/bus/usb/devices/*:1.0'):
-        with contextlib.suppress(OSError):          # it is going away
+        with contextlib.suppress(OSError):          # it is being removed
             if rig.read_file(os.path.realpath(path) + '/../idVendor') == '10ce\n':
                 return os.path.realpath(path)
     return None
 
 
 def usb_node(interface):
-    """What libusb opens"""
+    """The node that libusb opens"""
     usb = os.path.dirname(interface)
     return '/dev/bus/usb/%03d/%03d' % tuple(
         int(rig.read_file('%s/%s' % (usb, name))) for name in ('busnum', 'devnum'))
 
 
 def bind(pendant):
-    """What a user does to give the pendant back to hid-xhc"""
+    """Binds hid-xhc to the pendant again, as a user does"""
     rig.write_file('/sys/bus/usb/drivers/usbhid/bind', os.path.basename(pendant.interface))
 
 
 def assert_driven(pendant):
-    """hid-xhc has the pendant again: keys are events, and the display shows what it writes."""
+    """hid-xhc is bound again: keys cause events, and the display shows its values."""
     pendant.plug(first_frame=False)
     pendant.interface = find_interface()
     pendant.device.press(0x17)
@@ -160,7 +160,7 @@ def machine():
 
 @pytest.fixture(scope='class')
 def pendant():
-    """Plugged in, driven by hid-xhc, and open for the program by the rule that LinuxCNC brings"""
+    """Plugged in, bound to hid-xhc, and accessible to the program by the rule of LinuxCNC"""
     plugged = rig.Rig(device=UsbPendant('HB04')).plug()
     plugged.interface = find_interface()
     node = usb_node(plugged.interface)
@@ -176,7 +176,7 @@ def program(pendant):
 
 
 class TestDisplay:
-    VALUES = {          # what is on a pin -> what the LCD shows: the program rounds to 1/1000
+    VALUES = {          # value of a pin -> text on the LCD: the program rounds to 1/1000
         '135.17': '135.1700', '-220.334': '-220.3340', '12.3456': '12.3460', '1.9996': '2.0000',
         '-0.0004': '0.0000', '-0.5': '-0.5000', '9999.999': '9999.9990', '-9999.999': '-9999.9990',
         '0': '0.0000', '-77.89': '-77.8900',
@@ -191,7 +191,7 @@ class TestDisplay:
 
     @pytest.mark.parametrize('first', range(len(VALUES)))
     def test_positions(self, pendant, program, first):
-        """Six different values at a time, each once in each place"""
+        """Six different values at a time, each once in each field"""
         values = (list(self.VALUES) * 2)[first:first + len(POSITIONS)]
         program.set(dict(zip(POSITIONS, values)))
         self.assert_shown(pendant, dict(zip(COORDINATES, [self.VALUES[value] for value in values])))
@@ -213,7 +213,7 @@ class TestDisplay:
             self.assert_shown(pendant, {'state': state})
 
     def test_axis_a(self, pendant, program):
-        """It has no place of its own: the program shows it where X was."""
+        """A has no separate field: the program shows it in that of X."""
         program.set({'x.pos-relative': 1, 'x.pos-absolute': 2, 'a.pos-relative': -3,
                                     'a.pos-absolute': -4})
         for position, work, machine in (('a', '-3.0000', '-4.0000'), ('x', '1.0000', '2.0000')):
@@ -222,7 +222,7 @@ class TestDisplay:
 
 
 class TestSteps:
-    """The program's five sequences of steps; as LinuxCNC wires it, STEP++ goes to the next one."""
+    """The five sequences of steps of the program; in LinuxCNC STEP++ selects the next step."""
 
     @pytest.mark.parametrize('number, steps', [
         ('1', [1, 10, 100, 1000]), ('2', [1, 5, 10, 20]), ('3', [1, 10, 100]),
@@ -245,7 +245,7 @@ class TestSteps:
 class TestReports:
     @pytest.mark.parametrize('config, layout', [('layout1', 'hb04-16'), ('layout2', 'hb04-18')])
     def test_keys(self, pendant, config, layout):
-        """Scan codes and caps: those of the program are those of our layouts."""
+        """Scan codes and labels of the program equal those of our layouts."""
         with open('%s/%s.layout' % (LAYOUTS, layout), encoding='ascii') as file:
             keys = [line.split('\t')[:2] for line in file if line[:2].isalnum()
                     and line[2] == '\t']
@@ -261,7 +261,7 @@ class TestReports:
                     assert wait(lambda: not program.keys(), LIMIT), 'it stays down'
 
     def test_reports_byte_by_byte(self, pendant):
-        """As the program prints them, which shows the wheel's way on the display, too"""
+        """As printed by the program, which also shows the movement of the wheel on the display"""
         device = pendant.device
         with using(TryOut(), pendant) as program:
             device.select(0x11)
@@ -274,7 +274,7 @@ class TestReports:
             device.wake()
             wait_seen(device)
             lines = program.end().splitlines()
-        # day 12 is what it sends
+        # it sends day 12
         assert [line.strip() for line in lines if line.startswith('04 ')] == [
             '04 00 00 11 00 0C', '04 17 00 11 00 1B button-reset pressed',
             '04 17 00 11 03 1B button-reset pressed delta  +3', '04 00 00 11 00 0C',
@@ -307,7 +307,7 @@ class TestHands:
         program.wait_for(sleeping='FALSE', jog_enable_y='TRUE', jog_enable_off='FALSE')
 
     def test_idle_is_not_sleep(self, pendant, program):
-        """With the selector off and no key, the day in the last byte is all that differs."""
+        """With the selector off and no key, only the day in the last byte differs."""
         device = pendant.device
         device.wake()
         device.select(0)
@@ -319,7 +319,7 @@ class TestHands:
 
 
 class TestDriver:
-    """hid-xhc, when the pendant is taken away, and afterwards"""
+    """hid-xhc when the pendant is detached, and afterwards"""
 
     def test_bind_after_it_has_ended(self, pendant):
         node = pendant.event_node
@@ -348,7 +348,7 @@ class TestDriver:
         assert_driven(pendant)
 
     def test_the_command_that_doctor_prints(self, pendant):
-        """It ends the program and gives the pendant back, with no time lost by sudo and tee."""
+        """Ends the program and binds hid-xhc again, without the delay of sudo and tee."""
         at_once = 'sudo() { "$@"; }; tee() { read -r line && echo "$line" > "$1"; }; '
         with using(XhcHb04(), pendant) as program:
             document, = run('doctor', '--json', env=environment()).json()
@@ -364,7 +364,7 @@ class TestDriver:
 
         def write():
             path, number = pendant.path, 0
-            with contextlib.suppress(OSError):      # until it is gone
+            with contextlib.suppress(OSError):      # until it has exited
                 while not done.is_set():
                     number += 1
                     rig.write_file(path + '/dro/work_x', '%d' % number)
@@ -384,7 +384,7 @@ class TestDriver:
             written.clear()
 
     def test_unplugged_while_it_is_taken(self, pendant):
-        """The program waits for the pendant, and takes it again before a user sees hid-xhc."""
+        """The program waits for the pendant, and detaches it again before hid-xhc can be used."""
         with using(XhcHb04(), pendant) as program:
             pendant.device.unplug()
             program.wait_for(connected='FALSE')
