@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Fixtures of the guests' tests."""
+"""Fixtures for tests in guests."""
 
 import contextlib
 import pathlib
@@ -22,13 +22,13 @@ def pytest_collection_modifyitems(items):
 
 @pytest.fixture(params=PORTS)
 def port(request):
-    """The 8250, then the FTDI stick"""
+    """The 8250, then the FTDI adapter"""
     return request.param
 
 
 @pytest.fixture
 def attach():
-    """attach(port, **settings) -> a SerialHead, which goes behind the test"""
+    """attach(port, **settings) -> a SerialHead, which is detached after the test"""
     with contextlib.ExitStack() as stack:
         def make(port, **settings):
             head = SerialHead(port, **settings)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""What all tests in the guest share: checks, waiting, commands, and a plugged pendant."""
+"""Common to all tests in the guest: checks, waiting, commands, and a plugged pendant."""
 
 import glob
 import os
@@ -11,21 +11,21 @@ import libevdev
 from xhc_sim import find
 from xhc_sim.usb import UsbPendant
 
-BIND_TIME = 60.0        # udevd and modprobe in an emulated machine: seconds, not milliseconds
+BIND_TIME = 60.0        # seconds: udevd and modprobe are slow in an emulated machine
 EVENT_TIME = 10.0
-PAUSE = 0.05                # between two looks, which take time from what is waited for
+PAUSE = 0.05                # between two checks, which slow down the guest
 TRACING = '/sys/kernel/tracing'
 
 
 def wait_for(condition, what, timeout=EVENT_TIME):
-    """-> the condition's first true value"""
+    """-> the first true value of the condition"""
     value = find.wait(condition, timeout, PAUSE)
     assert value, '%s: not within %g s' % (what, timeout)
     return value
 
 
 def error_of(function, *arguments):
-    """The errno with which a call fails, 0 if it does not."""
+    """The errno of a failed call, 0 on success."""
     try:
         function(*arguments)
     except OSError as error:
@@ -43,7 +43,7 @@ def command(*words):
 
 
 def is_running(pid):
-    """Whether a process has any files left: not one that has ended, reaped or not."""
+    """Whether a process has open files: false after it has exited, reaped or not."""
     try:
         return read_file('/proc/%d/stat' % pid).rpartition(')')[2].split()[0] not in 'XZ'
     except OSError:
@@ -56,7 +56,7 @@ def read_file(path):
 
 
 def write_file(path, text):
-    """One write(2), so that an error of the kernel's is this call's."""
+    """One write(2), so that an error of the kernel is raised by this call."""
     fd = os.open(path, os.O_WRONLY)
     try:
         os.write(fd, text.encode())
@@ -69,7 +69,7 @@ def module_loaded(name):
 
 
 def module_addresses(name):
-    """A module's first and last address, while it is loaded."""
+    """First and last address of a loaded module."""
     for line in read_file('/proc/modules').splitlines():
         found, size, _, _, _, address = line.split()[:6]
         if found == name:
@@ -78,24 +78,24 @@ def module_addresses(name):
 
 
 def jiffies():
-    """The kernel's clock, in which it gives the age of memory."""
+    """The clock of the kernel, used for the age of memory."""
     return int(re.search(r'^jiffies: (\d+)', read_file('/proc/timer_list'), re.M).group(1))
 
 
 def live_allocations(places, since=0):
-    """Lines of the kernel about objects that live and that our modules' code has asked kmalloc for.
+    """Lines of the kernel about live objects that were allocated by our modules with kmalloc.
 
-    places: {module: [its module_addresses(), each time that it was loaded]}. since:
-    jiffies when the first one was loaded; what is older is of the init code of a module that was in
-    such a place before. Needs slub_debug=U. A line is "COUNT CALLER [MODULE] ... age=...", and when
-    the module has gone "COUNT 0xADDRESS".
+    places: {module: [its module_addresses() of each load]}. since: jiffies when the first one was
+    loaded; older objects belong to the init code of a module that was loaded there before. Requires
+    slub_debug=U. A line is "COUNT CALLER [MODULE] ... age=...", and after the module was unloaded
+    "COUNT 0xADDRESS".
     """
     ranges = [addresses for each in places.values() for addresses in each]
     pattern = re.compile(r'^( *\d+ (\S+)(?: \[(\w+)\])? .*\bage=(\d+).*)', re.M)
     lines = []
     for path in glob.glob('/sys/kernel/debug/slab/kmalloc-*/alloc_traces'):
         found = pattern.findall(read_file(path))
-        now = jiffies()                 # not before it was read, or what is new seems older
+        now = jiffies()                 # after the file was read, or new objects seem older
         for line, caller, module, age in found:
             ours = module in places or caller.startswith('0x') and any(
                 first <= int(caller, 16) < last for first, last in ranges)
@@ -105,15 +105,15 @@ def live_allocations(places, since=0):
 
 
 def check_no_allocations(places, what, since=0):
-    """Some are given back a while later."""
+    """Some are freed some time later."""
     if not find.wait(lambda: not live_allocations(places, since), 20):
         raise AssertionError('%s: memory is left: %r' % (what, live_allocations(places, since)))
 
 
 def unload_modules(*names):
-    """Not before udevd is done with the last device, or it may load them again.
+    """After udevd has processed the last device, or it may load them again.
 
-    Whatever had a file of theirs open may be about to close it.
+    Programs with an open file of theirs may be about to close it.
     """
     settle()
 
@@ -128,14 +128,14 @@ def unload_modules(*names):
 
 
 class Module:
-    """A module that udev or the kernel loads when there is need, and what it leaves behind."""
+    """A module that udev or the kernel loads on demand, and its leaks."""
 
     def __init__(self, name):
-        self.name = name                # as /proc/modules has it
+        self.name = name                # as in /proc/modules
         self.since = 0                  # jiffies before it was loaded
 
     def will_come(self):
-        """To be called before whatever may load it."""
+        """To be called before anything that may load it."""
         if not module_loaded(self.name):
             self.since = jiffies()
 
@@ -156,9 +156,9 @@ hid_xhc = Module('hid_xhc')
 
 
 def settle():
-    """Until udevd has processed all events. It may hang up on udevadm, which then asks again.
+    """Waits until udevd has processed all events; retries if it closes the connection of udevadm.
 
-    A storm's hundreds of events take minutes on a busy host: the test's own limit comes first.
+    Hundreds of events of a storm take minutes on a busy host: the limit of the test is shorter.
     """
     def done():
         found = subprocess.run(['udevadm', 'settle', '--timeout=600'], stdout=subprocess.PIPE,
@@ -171,22 +171,22 @@ def settle():
 
 
 def trigger(*paths):
-    """Has udevd process devices again. (`udevadm trigger --settle` of 252 to 254 may hang.)"""
+    """Makes udevd process devices again. (`udevadm trigger --settle` of 252 to 254 may hang.)"""
     command('udevadm', 'trigger', *paths)
     settle()
 
 
 def reload_rules():
-    """Until udevd works by the rules that are there now.
+    """Waits until udevd has read the current rules.
 
-    By itself it looks for changes every three seconds at most, and it may hang up on udevadm: a
-    rule that marks /dev/null shows that all have been read.
+    It checks for changes at most every three seconds, and it may close the connection of udevadm:
+    a rule that marks /dev/null shows that all rules have been read.
     """
     place = '/etc/udev/rules.d/99-test-mark.rules'
     mark = 'TEST_MARK=%d' % time.monotonic_ns()
     with open('/etc/udev/test-mark', 'w', encoding='ascii') as file:
         file.write('SUBSYSTEM=="mem", KERNEL=="null", ENV{%s}="%s"\n' % tuple(mark.split('=')))
-    os.rename('/etc/udev/test-mark', place)     # udevd never sees a part of it
+    os.rename('/etc/udev/test-mark', place)     # udevd never reads an incomplete file
 
     def loaded():
         subprocess.run(['udevadm', 'control', '--reload'], check=False)
@@ -197,7 +197,7 @@ def reload_rules():
 
 
 def udevd_state():
-    """What udevd and its workers are doing, for a failure's message."""
+    """The state of udevd and its workers, for the message of a failure."""
     lines = []
     for path in glob.glob('/proc/[0-9]*/comm'):
         if read_file(path).strip() in ('systemd-udevd', 'udevadm', '(udev-worker)'):
@@ -213,7 +213,7 @@ def udevd_state():
 
 
 def udev_properties(node):
-    """-> (dict of properties, set of tags), once udevd has seen the node"""
+    """-> (dict of properties, set of tags), once udevd has processed the node"""
     settle()
     lines = command('udevadm', 'info', '--query=property', '--name=' + node).splitlines()
     properties = dict(line.split('=', 1) for line in lines)
@@ -221,12 +221,12 @@ def udev_properties(node):
 
 
 def key(code, value):
-    """What a key with a scan code gives."""
+    """The events of a key with a scan code."""
     return ['MSC_SCAN %d' % code, 'BTN_TRIGGER_HAPPY%d %d' % (code, value)]
 
 
 class Events:
-    """An event node, as libevdev reads it; events are words: ["ABS_MISC 1", "SYN_REPORT 0"]."""
+    """An event node, read by libevdev; events are text: ["ABS_MISC 1", "SYN_REPORT 0"]."""
 
     def __init__(self, node):
         self.file = open(node, 'rb')
@@ -237,7 +237,7 @@ class Events:
         self.file.close()
 
     def more(self):
-        """What there is to read now."""
+        """The events that can be read now."""
         return ['%s %d' % (event.code.name, event.value) for event in self.device.events()]
 
     def until(self, enough, what):
@@ -274,14 +274,14 @@ class Events:
 
 
 class Plugged:
-    """A pendant in a USB port, its driver bound, its nodes there.
+    """A pendant in a USB port, with its driver bound and its nodes created.
 
         with Plugged('HB04') as pendant:
             pendant.usb.press(1)
             pendant.events.report()
 
-    wvalues and frames are those that came since the pendant was plugged, the forced frame of
-    the driver's probe included: that one has come when the pendant is ready.
+    wvalues and frames are those received since the pendant was plugged in, including the forced
+    frame of the driver's probe, which has been received when the pendant is ready.
     """
 
     def __init__(self, model='HB04', usb=None, driver='hid-xhc'):
@@ -313,12 +313,12 @@ class Plugged:
         return self
 
     def wait_bound(self, frames_before=0):
-        """Until the driver is bound and has opened the device."""
+        """Waits until the driver is bound and has opened the device."""
         wait_for(self._bound, 'driver %s' % self.driver, BIND_TIME)
         if self.driver == 'hid-xhc':
             wait_for(self._find_nodes, 'event node', BIND_TIME)
             assert self.usb.wait_frames(frames_before + 1, BIND_TIME), 'no first frame'
-            # attributes are made when probe is over, and the frame may be quicker
+            # attributes are created after probe, and the frame may be sent earlier
             wait_for(lambda: os.path.exists(self.path('stats/reports')), 'attributes')
             self.open()
 
@@ -336,7 +336,7 @@ class Plugged:
         return self.node and self.hidraw and os.path.exists(self.node)
 
     def unplug(self):
-        """Cuts the cable and waits until the kernel has noticed."""
+        """Unplugs the cable and waits until the kernel has detected it."""
         self.usb.unplug()
         self.wait_gone()
 
@@ -355,7 +355,7 @@ class Plugged:
         write_file(self.path(name), '%s\n' % value)
 
     def input_path(self, name):
-        """A path in the input device's directory."""
+        """A path in the directory of the input device."""
         return glob.glob(self.path('input/input*'))[0] + '/' + name
 
     def flush(self):

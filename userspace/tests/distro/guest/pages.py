@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""What a document tells its reader to type.
+"""The commands of a document.
 
-Lines of a fenced block that begin with "$ " are for a member of the group dialout, with "# " for
-root. A comment may follow behind three blanks. Lines below, up to the next one, are what is
-printed. A block marked "python" is a program for a member of the group, and one marked "sh" is
-typed whole on a machine that has nothing yet, see test-fresh-machine.
+Lines of a fenced block that start with "$ " are run by a member of the group dialout, with "# " by
+root. A comment may follow after three blanks. The lines below, up to the next command, are its
+output. A block marked "python" is a program for a member of the group, and one marked "sh" is run
+as a whole on a fresh machine, see test-fresh-machine.
 """
 
 import re
@@ -12,7 +12,7 @@ from collections import namedtuple
 
 PROMPTS = {'$ ': 'member', '# ': 'root'}
 
-# text: without the comment, as tests name it; typed: the line as a reader copies it
+# text: without the comment, as in tests; typed: the line as users copy it
 # block: a number, the same for all lines of one block
 Command = namedtuple('Command', 'user text typed shown block')
 
@@ -24,7 +24,7 @@ def blocks(text):
 
 
 def commands(text):
-    """All of a document, in its order; of a program the text is its source."""
+    """All commands of a document, in order; the text of a program is its source."""
     found = []
     for number, (info, lines) in enumerate(blocks(text)):
         if info == 'python':

@@ -15,7 +15,7 @@ DIALOUT = grp.getgrnam('dialout').gr_gid
 
 @contextlib.contextmanager
 def user(*groups):
-    """For a while all of this process is an unprivileged user in these groups."""
+    """Temporarily makes this process an unprivileged user in these groups."""
     os.setgroups(groups)
     os.setegid(NOBODY)
     os.seteuid(NOBODY)
@@ -36,7 +36,7 @@ def outsider():
 
 
 def open_error(path, flags=os.O_WRONLY):
-    """The errno with which open(2) fails; 0 if it does not, and the file is closed again."""
+    """The errno of open(2); 0 on success, and the file is closed again."""
     def attempt():
         os.close(os.open(path, flags | os.O_NONBLOCK | os.O_NOCTTY))
 
@@ -46,7 +46,7 @@ def open_error(path, flags=os.O_WRONLY):
 # --- modes -------------------------------------------------------------------------------------
 
 def files_below(directory):
-    """-> {name: (mode, group)} of all files in sysfs below a directory, not by links"""
+    """-> {name: (mode, group)} of all files in sysfs below a directory, without following links"""
     found = {}
     for place, _, names in os.walk(directory):
         for name in names:
@@ -59,14 +59,14 @@ def files_below(directory):
 
 
 def for_root(name):
-    """What every device has, what changes more than the one device, and what refuses each write,
-    although the IIO core gives it a mode for writing."""
+    """Files of every device, files that affect other devices, and files that refuse all writes
+    although the IIO core makes them writable."""
     return name.endswith('uevent') or 'power' in name.split('/') or \
         name in ('current_timestamp_clock', 'out_angl_scale', 'out_angl_offset')
 
 
 def misplaced(directory):
-    """Names of files whose mode or group is not what it is to be."""
+    """Names of files with a wrong mode or group."""
     bad = []
     for name, (mode, group) in files_below(directory).items():
         open_to_group = group == DIALOUT and bool(mode & 0o020)
@@ -77,7 +77,7 @@ def misplaced(directory):
 
 
 def wait_access(directory):
-    """Until udevd has given all files of a device to the group."""
+    """Waits until udevd has changed the group of all files of a device."""
     assert len([mode for mode, _ in files_below(directory).values() if mode & 0o200]) > 5, \
         'few files to write in ' + directory
     find.wait(lambda: not misplaced(directory), BIND_TIME)
@@ -85,13 +85,13 @@ def wait_access(directory):
 
 
 def check_node(node):
-    """For the group, and by udev's tag for the user at the seat."""
+    """Accessible to the group, and by a udev tag to the user at the seat."""
     def found():
         state = os.stat(node)
         return '%o, group %d' % (state.st_mode & 0o667, state.st_gid)
 
     wanted = '660, group %d' % DIALOUT
-    find.wait(lambda: found() == wanted, BIND_TIME)     # udevd changes one after the other
+    find.wait(lambda: found() == wanted, BIND_TIME)     # udevd changes them one by one
     assert found() == wanted, 'mode of ' + node
     assert 'uaccess' in udev_properties(node)[1], 'no tag uaccess on ' + node
     with member():
@@ -102,7 +102,7 @@ def check_node(node):
 
 
 def check_refused(directory):
-    """No file of a device can be written by an outsider."""
+    """No file of a device can be written by other users."""
     names = [name for name, (mode, _) in files_below(directory).items() if mode & 0o200]
     with outsider():
         errors = {name: open_error(os.path.join(directory, name)) for name in names}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Heads at the far ends of the guest's serial lines, and what is read of them."""
+"""Heads at the far ends of the guest's serial lines, and readers of their data."""
 
 import fcntl
 import glob
@@ -16,14 +16,14 @@ from harness import (BIND_TIME, EVENT_TIME, Module, command, find, is_running, r
 from head_rig import CLASS, LDISC
 
 UART = 'uart'           # the 8250
-STICK = 'stick'         # the FTDI stick
+STICK = 'stick'         # the FTDI adapter
 PORTS = (UART, STICK)
 DEVICES = {UART: '/dev/ttyS1', STICK: '/dev/ttyUSB0'}
 
 TIOCSETD = 0x5423
 TIOCGSERIAL, TIOCSSERIAL = 0x541E, 0x541F
-SERIAL_STRUCT = 72      # bytes of struct serial_struct on amd64
-BAUD_BASE = 28          # where in it
+SERIAL_STRUCT = 72      # size of struct serial_struct on amd64
+BAUD_BASE = 28          # its offset
 
 
 class Peer:
@@ -34,7 +34,7 @@ class Peer:
         self._text = b''
 
     def send_request(self, port, name, *values, **settings):
-        """Without waiting for the answer: receive() returns it."""
+        """Does not wait for the answer: receive() returns it."""
         if not self.control:
             self.control = open('/dev/virtio-ports/control', 'r+b', buffering=0)
         text = json.dumps({'do': name, 'port': port, 'values': values, **settings})
@@ -54,7 +54,7 @@ class Peer:
         return self.receive()
 
     def receive_all(self):
-        """The answers that are there. -> how many"""
+        """Receives pending answers. -> their number"""
         count = 1
         self.receive()
         while b'\n' in self._text:
@@ -67,7 +67,7 @@ peer = Peer()
 
 
 def plug(port, **settings):
-    """A head on the line, and for the stick the stick itself."""
+    """A head on the line, and for the adapter the adapter itself."""
     if port == STICK:
         command('modprobe', 'xhci-pci')
     peer.request(port, 'plug', **settings)
@@ -82,7 +82,7 @@ def unplug(port):
 
 
 def set_clock(highest):
-    """The 8250's highest rate, which its driver cannot know: setserial's baud_base."""
+    """The highest rate of the 8250, which its driver cannot detect: setserial's baud_base."""
     fd = os.open(DEVICES[UART], os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
     try:
         data = bytearray(SERIAL_STRUCT)
@@ -100,7 +100,7 @@ def heads():
 
 
 def by_id():
-    """name -> node, of heads by udev's links"""
+    """{name: node} of heads, by the links of udev"""
     return {os.path.basename(path): os.path.realpath(path)
             for path in glob.glob('/dev/serial/by-id/xy3-*')}
 
@@ -111,7 +111,7 @@ def ldattach_pids(device):
         try:
             words = read_file(path).split('\0')
         except OSError:
-            continue                    # it has ended
+            continue                    # it has exited
         if words[0].endswith('ldattach') and device in words:
             found.append(int(path.split('/')[2]))
     return found
@@ -121,7 +121,7 @@ module = Module('xy3')
 
 
 def stop_ldattach(device):
-    """Until it has closed the device: the command line of a process goes before its files."""
+    """Waits until it has closed the device: the command line of a process ends before its files."""
     pids = ldattach_pids(device)
     for pid in pids:
         os.kill(pid, signal.SIGTERM)
@@ -129,9 +129,9 @@ def stop_ldattach(device):
 
 
 class SerialHead:
-    """A head at the far end of a port, attached by ldattach as a user does it.
+    """A head at the far end of a port, attached by ldattach like by a user.
 
-    settings are those of the virtual head. Tests have it by the fixture `attach`.
+    settings are those of the virtual head. Tests use the fixture `attach`.
     """
 
     def __init__(self, port, rate=115200, **settings):
@@ -170,13 +170,13 @@ class SerialHead:
         peer.send_request(self.port, name, *values, **settings)
 
     def sync(self):
-        """Until the driver has found the stream."""
+        """Waits until the driver is in sync."""
         self.request('report', 'sync', 'sync')
         in_sync = find.wait(lambda: self.get('in_sync') == '1', EVENT_TIME)
         assert in_sync, 'no sync; %s' % self.state()
 
     def state(self):
-        """What both sides have counted, for a failure's message."""
+        """The counts of both sides, for the message of a failure."""
         names = ('rx_bytes', 'rx_packets', 'dropped_bytes', 'resyncs', 'line_errors',
                  'lost_packets')
         return '%s; the head: %s' % ({name: self.stat(name) for name in names},
@@ -220,7 +220,7 @@ class Cat:
     def __init__(self, node):
         self._file = open(self.PLACE, 'wb')
         self._process = subprocess.Popen(['cat', node], stdout=self._file)
-        # a head's packets go to the files that are open
+        # the packets of a head are passed to open files
         wait_for(lambda: has_open(self._process.pid, node), 'cat has opened ' + node, BIND_TIME)
 
     def __enter__(self):
@@ -232,11 +232,11 @@ class Cat:
         self._file.close()
 
     def wait_end(self):
-        """-> cat's status when the file has ended"""
+        """-> the status of cat at the end of the file"""
         return self._process.wait(BIND_TIME)
 
     def wait_size(self, size):
-        """-> all that has come, which must be `size` bytes"""
+        """-> all received data, which must be `size` bytes"""
         wait_for(lambda: os.path.getsize(self.PLACE) >= size, '%d bytes of cat' % size, BIND_TIME)
         data = self.data()
         assert len(data) == size
@@ -248,10 +248,10 @@ class Cat:
 
 
 class Reader:
-    """Reads a head's tty here, and keeps nothing but a checksum."""
+    """Reads the tty of a head, and only keeps a checksum."""
 
-    PIECE = 70000           # bytes that are asked for at a time
-    WINDOW = 3 * PIECE      # and that are under way
+    PIECE = 70000           # bytes per request
+    WINDOW = 3 * PIECE      # bytes in flight
 
     def __init__(self, head):
         self.head = head
@@ -266,10 +266,10 @@ class Reader:
         os.close(self._fd)
 
     def take_stream(self, size):
-        """Has the head send `size` bytes, and reads them. -> bytes sent since the last mark
+        """Requests `size` bytes from the head, and reads them. -> bytes sent since the last mark
 
-        What is under way is kept below what a tty holds: on a busy host the emulated lines are
-        at times quicker than any reader.
+        Bytes in flight are limited to what a tty can buffer: on a busy host the emulated lines are
+        sometimes faster than any reader.
         """
         asked = answers = 0
         while self.bytes < size or answers:
@@ -301,7 +301,7 @@ class Reader:
 
 
 def whole_packets(data, cut=False):
-    """-> [(type, payload)] of data that must be whole packets; cut: the last one need not be."""
+    """-> [(type, payload)] of data that must be complete packets; cut: except for the last one."""
     found, at = [], 0
     while at < len(data):
         assert data[at] == 0x48, 'no packet starts at byte %d' % at

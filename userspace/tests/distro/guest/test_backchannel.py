@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""A scanhead's backchannel on a 8250 and on a FTDI stick, by the tools that users have for it.
+"""The backchannel of a scanhead on an 8250 and on an FTDI adapter, with the tools of users.
 
-What does not depend on the UART, udev or the kernel is tested in User Mode Linux (tests/head).
+Tests that do not depend on the UART, udev or the kernel run in User Mode Linux (tests/head).
 """
 
 import glob
@@ -21,14 +21,14 @@ from serial_head import (STICK, UART, Cat, Reader, by_id, heads, module, peer, p
 
 RATE = 921600
 BYTES_PER_SECOND = RATE // 10
-UART_SHARE = 100        # it takes an interrupt for a few bytes, and each of them is emulated
+UART_SHARE = 100        # one interrupt per few bytes, each of them emulated
 
 
 # --- attach ------------------------------------------------------------------------------------
 
 @pytest.mark.smoke
 def test_ldattach_loads_the_module(attach, port):
-    """Must be first: the module has not been loaded yet, or the other port's test unloads it."""
+    """Must be first: the module is not loaded yet, or the test of the other port unloads it."""
     if module_loaded('xy3'):
         module.unload()
     assert not module_loaded('xy3')
@@ -69,7 +69,7 @@ def test_two_heads(attach):
 
 
 def test_stick_is_attached_by_rule_and_unit():
-    """A user's rule names the stick. There is no systemd here: the test obeys its unit."""
+    """A user's rule marks the adapter. There is no systemd here: the test runs its unit."""
     rule = '/etc/udev/rules.d/69-test-heads.rules'
     with open(rule, 'w', encoding='ascii') as file:
         file.write('SUBSYSTEM=="tty", ATTRS{idVendor}=="0403", ENV{XY3_BACKCHANNEL}="1"\n')
@@ -102,7 +102,7 @@ def test_stick_is_attached_by_rule_and_unit():
 
 @pytest.mark.smoke
 def test_cat_gives_what_was_sent(attach, port):
-    """Rounds of all packets, one of 255 bytes, and one of a type that is not known."""
+    """Rounds of all packets, one of 255 bytes, and one of an unknown type."""
     head = attach(port)
     with Cat(head.node) as cat:
         head.request('mark')
@@ -120,7 +120,7 @@ def test_cat_gives_what_was_sent(attach, port):
 
 @pytest.mark.smoke
 def test_flush_of_a_full_buffer(attach):
-    """Whatever N_TTY has in this kernel, tcsetattr(TCSAFLUSH) drops whole packets of it."""
+    """tcsetattr(TCSAFLUSH) drops complete packets from the buffer of N_TTY, on all kernels."""
     head = attach(UART)
     head.sync()
     fd = os.open(head.node, os.O_RDONLY | os.O_NOCTTY | os.O_NONBLOCK)
@@ -148,9 +148,9 @@ def seconds_of_traffic():
 
 @pytest.mark.timeout(600)
 def test_traffic_without_loss(attach, port):
-    """At the highest rate nothing is lost, by the simulator's own count.
+    """At the highest rate nothing is lost, by the count of the simulator.
 
-    The emulated lines do not keep to their rates: the stick is several times as fast, the 8250
+    The emulated lines do not have exact rates: the adapter is several times faster, the 8250
     slower.
     """
     size = seconds_of_traffic() * BYTES_PER_SECOND
@@ -203,7 +203,7 @@ def test_sensors_prints_temperatures(attach):
 
 
 def find_chip(word):
-    """What `sensors` prints of the head, when `word` is in there; else ''."""
+    """The output of `sensors` for the head, if it contains `word`; else ''."""
     text = subprocess.run(['sensors'], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                           text=True, check=False).stdout
     for chip in text.split('\n\n'):
@@ -213,7 +213,7 @@ def find_chip(word):
 
 
 class UdevMonitor:
-    """udevadm monitor, as a user would run it to see a head's errors."""
+    """udevadm monitor, as users run it to watch errors of a head."""
 
     PLACE = '/tmp/monitor'
 
@@ -230,7 +230,7 @@ class UdevMonitor:
         self._file.close()
 
     def events(self, **properties):
-        """From the kernel and from udev: those that have all these properties."""
+        """Events of the kernel and of udev that have all these properties."""
         wanted = {'%s=%s' % pair for pair in properties.items()}
         return [event for event in read_file(self.PLACE).split('\n\n')
                 if wanted <= set(event.splitlines())]
@@ -266,7 +266,7 @@ def speed(node):
 
 
 def stty(node, rate):
-    """-> whether stty was content"""
+    """-> whether stty succeeded"""
     done = subprocess.run(['stty', '-F', node, str(rate)], stdout=subprocess.PIPE,
                           stderr=subprocess.STDOUT, text=True, check=False)
     assert done.returncode == 0 or 'unable to perform' in done.stdout
@@ -274,7 +274,7 @@ def stty(node, rate):
 
 
 def check_rate(head, rate):
-    """sysfs, both ttys and the hardware come to agree on the rate."""
+    """Waits until sysfs, both ttys and the hardware have the same rate."""
     wait_for(lambda: (head.get('rate'), speed(head.node), speed(head.device)) ==
              (str(rate), rate, rate), '%d in sysfs and at both ttys' % rate)
     wait_for(lambda: head.request('rate') == rate, '%d at the hardware' % rate)
@@ -289,7 +289,7 @@ def test_stty_moves_the_uart(attach, port):
         assert stty(head.node, rate), rate
         check_rate(head, rate)
         assert head.get('in_sync') == '0'
-        head.request('report')              # the head has not followed: this is garbage
+        head.request('report')              # the head has kept its rate: this is garbage
         head.request('set', 'rate', rate)
         head.sync()
     assert not stty(head.node, 9600)
@@ -303,11 +303,11 @@ def test_stty_moves_the_uart(attach, port):
 
 
 def test_rate_that_the_uart_cannot_do(attach):
-    """A 8250 with the clock that most have ends at 115200."""
+    """An 8250 with the usual clock is limited to 115200."""
     set_clock(115200)
     try:
         head = attach(UART)
-        stty(head.node, 230400)         # what becomes of it is known later
+        stty(head.node, 230400)         # its result is known later
         check_rate(head, 115200)
         assert error_name(head.set, 'rate', 921600) == 'EINVAL'
         check_rate(head, 115200)
@@ -318,7 +318,7 @@ def test_rate_that_the_uart_cannot_do(attach):
 
 
 def test_autobaud_finds_the_head(attach):
-    """On a real UART the search is seen by the hardware."""
+    """On a real UART the search changes the rate of the hardware."""
     set_clock(921600)
     head = attach(UART)
     for rate in (460800, 57600):
@@ -335,7 +335,7 @@ def test_autobaud_finds_the_head(attach):
 
 @pytest.mark.smoke
 def test_unplugged_while_it_streams(attach):
-    """A reader gets the end of the file, and the stick can be plugged again."""
+    """A reader gets end of file, and the adapter can be plugged in again."""
     for number in range(2):
         head = attach(STICK, serial='No. %d' % number)
         with Cat(head.node) as cat:
@@ -345,7 +345,7 @@ def test_unplugged_while_it_streams(attach):
             peer.receive()                 # of the stream
             peer.receive()
             assert cat.wait_end() == 0
-            # a tty's hangup throws away what has not been read, be it half of a packet
+            # the hangup of a tty drops unread data, even part of a packet
             whole_packets(cat.data(), cut=True)
         wait_for(lambda: not heads(), 'end of the head')
         wait_for(lambda: not os.path.exists(head.node), 'end of the node')
@@ -353,7 +353,7 @@ def test_unplugged_while_it_streams(attach):
 
 
 def test_unplugged_while_files_are_open(attach):
-    """The stick goes under open files, and the next head gets its number."""
+    """The adapter is unplugged while files are open, and the next head gets its number."""
     head = attach(STICK)
     upper = os.open(head.node, os.O_RDONLY)
     lower = os.open(head.device, os.O_RDWR | os.O_NOCTTY)
@@ -376,7 +376,7 @@ def test_unplugged_while_files_are_open(attach):
 
 @pytest.mark.smoke
 def test_module_stays_while_it_is_used(attach):
-    """And the memory that a head has is seen, or nothing would show that it is given back."""
+    """Also checks that the memory of a head is found, so that a leak would be detected."""
     head = attach(UART)
     head.sync()
     assert module.allocations()
@@ -389,7 +389,7 @@ def test_module_stays_while_it_is_used(attach):
 
 @pytest.mark.smoke
 def test_module_leaves_nothing():
-    """Must be last: no memory of all heads above is left, and nothing in the system."""
+    """Must be last: no memory and no objects of all heads above are left."""
     module.unload()
     assert not module_loaded('xy3')
     for path in (TRACING + '/events/xy3', '/sys/class/xy3'):

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Attaching, detaching and unplugging without waiting for anything, while others use the head.
+"""Attaching, detaching and unplugging without any waiting, while other threads use the head.
 
-For a guest with two processors. The subject is races: mostly the kernel's log is
-the verdict, but a head must still work after all.
+For a guest with two processors. It tests for races: mostly by the kernel log, but a head must also
+work afterwards.
 """
 
 import fcntl
@@ -23,17 +23,17 @@ from serial_head import (CLASS, DEVICES, LDISC, STICK, TIOCSETD, UART, Cat, head
                          plug, unplug)
 from virtual_head import DRIVER, VirtualHead
 
-ATTACH_ROUNDS = 15      # of seconds each: the line floods the emulated machine
+ATTACH_ROUNDS = 15      # each takes seconds: the line floods the emulated machine
 UNPLUG_ROUNDS = 6
 MODULE_ROUNDS = 8
 SEED = 4711
 N_TTY = 0
 
-pytestmark = pytest.mark.timeout(900)   # udevd takes its time for all these events
+pytestmark = pytest.mark.timeout(900)   # udevd is slow with this number of events
 
 
 class Users:
-    """Threads that read and set what they find of heads, whether it is there or not."""
+    """Threads that read and write files of heads, whether these exist or not."""
 
     def __init__(self):
         self.bytes = 0
@@ -61,7 +61,7 @@ class Users:
             try:
                 work()
             except (OSError, termios.error):
-                pass                    # there is no head, or not any more
+                pass                    # there is no head, or it was removed
             time.sleep(0.005)
 
     def _read(self):
@@ -117,7 +117,7 @@ def open_line(port):
 
 
 def test_attach_storm():
-    """The line does not stand still for it."""
+    """Data are received during all of it."""
     chance = random.Random(SEED)
     module.load()
     plug(UART)
@@ -141,7 +141,7 @@ def test_attach_storm():
 
 
 def test_unplug_storm():
-    """While the stick streams; every other time its tty is still open when it comes back."""
+    """While the adapter streams; every second time its tty is still open at the next plug."""
     chance = random.Random(SEED)
     command('modprobe', 'xhci-pci')
     module.load()
@@ -170,7 +170,7 @@ def test_unplug_storm():
 
 
 def test_module_storm_of_heads():
-    """The module goes and comes while heads are used."""
+    """The module is unloaded and loaded while heads are used."""
     plug(UART)
     fd = open_line(UART)
     try:
@@ -180,7 +180,7 @@ def test_module_storm_of_heads():
                 looks = users.looks
                 wait_for(lambda: users.looks > looks, 'a look', BIND_TIME)
                 set_discipline(fd, N_TTY)
-                # the reader may have the tty open, and notices its end at once
+                # the reader may have the tty open, and detects its end at once
                 wait_for(unloaded, 'end of the module', BIND_TIME)
     finally:
         os.close(fd)
@@ -203,7 +203,7 @@ def test_a_head_works_after_all(attach):
 
 
 def test_unbound_while_it_streams():
-    """The forward channel's driver goes while a program writes scans on the other processor."""
+    """The driver of the forward channel is unbound while another processor writes scans."""
     with VirtualHead(lines=4, framing='line', realtime=1) as head:
         head.start()
         fd = os.open(head.buffer, os.O_WRONLY)
@@ -220,7 +220,7 @@ def test_unbound_while_it_streams():
         wait_for(lambda: head.number('scans') > 10000, 'scans')
         write_file(DRIVER + '/unbind', os.path.basename(head.spi))
         writer.join(BIND_TIME)
-        # the writer may see that the stream has stopped before the device has gone
+        # the writer may detect the end of the stream before the removal of the device
         assert errors in (['EINVAL'], ['ENODEV'])
         assert error_name(os.write, fd, bytes(4 * head.axes)) == 'ENODEV'
         os.close(fd)

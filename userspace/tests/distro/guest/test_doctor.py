@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""doctor where it is used: with DKMS, udev and a kernel of Debian's, and a fault planted in each.
+"""doctor with DKMS, udev and a kernel of Debian, with faults injected into each of them.
 
-Before each fault doctor finds nothing; where it prints a line that fixes the fault and that can be
-typed here, it is typed, and doctor finds nothing again. Other faults of a device are in
-tests/tools/test_doctor.py.
+Before each fault doctor finds nothing; if it suggests a fix that can be run here, it is run, and
+doctor finds nothing again. Other faults of devices are in tests/tools/test_doctor.py.
 """
 
 import contextlib
@@ -31,7 +30,7 @@ pytestmark = pytest.mark.timeout(400)     # depmod and udevd in an emulated mach
 
 
 def look(tool):
-    """-> {id: (text, fix)} of what is found"""
+    """-> {id: (text, fix)} of the findings"""
     done = subprocess.run([tool, 'doctor', '--json'], stdout=subprocess.PIPE,
                           stderr=subprocess.PIPE, text=True, check=False)
     assert done.stderr == '', 'errors of %s doctor' % tool
@@ -47,7 +46,7 @@ def well(tool):
 
 
 def check_found(tool, **wanted):
-    """These and no others; id=(a part of the text, a part of the line that fixes it)"""
+    """Exactly these findings; id=(part of the text, part of the fix)"""
     found = look(tool)
     assert sorted(found) == sorted(wanted), 'what %s doctor finds: %r' % (tool, found)
     for name, parts in wanted.items():
@@ -56,13 +55,13 @@ def check_found(tool, **wanted):
 
 
 def type_line(line):
-    """What doctor prints, as its reader would type it; there is no sudo here."""
+    """Runs a fix printed by doctor; there is no sudo here."""
     command('sh', '-c', line.replace('sudo ', ''))
 
 
 @contextlib.contextmanager
 def away(path):
-    """What is not there for a while"""
+    """Temporarily removes files"""
     os.rename(path, path + '.away')
     try:
         yield
@@ -97,7 +96,7 @@ def test_headers_are_no_fault_when_the_modules_are_there():
 
 @contextlib.contextmanager
 def kept(*paths):
-    """These files and folders are as they were afterwards."""
+    """Restores these files and folders afterwards."""
     for number, path in enumerate(paths):
         copy = '/tmp/kept-%d' % number
         command('cp', '-a', path, copy)
@@ -110,10 +109,10 @@ def kept(*paths):
 
 
 def test_doctor_finds_modules_that_dkms_has_only_added():
-    """As with a new kernel that came without headers.
+    """As with a new kernel that was installed without headers.
 
-    To build them again would take too long, and so would depmod: its index loses the lines of our
-    modules here, and gets them back.
+    Building the modules again and depmod would take too long: the lines of our modules are removed
+    from its index here, and restored.
     """
     if module_loaded('hid_xhc'):
         hid_xhc.unload()
@@ -140,7 +139,7 @@ def test_doctor_finds_missing_rules():
     with pendant():
         with away(place):
             check_found('xhcctl', rules=(RULES + ' is missing', 'make install'))
-        reload_rules()      # udevd may have noticed that they were away
+        reload_rules()      # udevd may have read them while they were removed
 
 
 def test_doctor_finds_rules_that_are_switched_off():
@@ -153,7 +152,7 @@ def test_doctor_finds_rules_that_are_switched_off():
 
 
 def test_doctor_finds_a_pendant_without_permissions():
-    """Plugged in while the rules were off"""
+    """Plugged in while the rules were removed"""
     with pendant() as plugged:
         os.chown(plugged.node, 0, 0)
         os.chmod(plugged.node, 0o600)
@@ -166,7 +165,7 @@ def test_doctor_finds_a_pendant_without_permissions():
 # --- pendants ----------------------------------------------------------------------------------
 
 def test_doctor_finds_a_program_that_holds_the_pendant():
-    """As libusb takes it: the kernel's driver is detached."""
+    """Claimed as by libusb: the kernel driver is detached."""
     with pendant() as plugged:
         interface = os.path.dirname(os.path.realpath(plugged.directory))
         usb = os.path.dirname(interface)
@@ -182,7 +181,7 @@ def test_doctor_finds_a_program_that_holds_the_pendant():
         finally:
             os.close(fd)
         before = plugged.usb.frame_count
-        type_line(fix.split(' && ', 1)[1])     # the holder is gone already
+        type_line(fix.split(' && ', 1)[1])     # the holder has exited already
         plugged.wait_bound(before)
 
 
@@ -218,7 +217,7 @@ def test_doctor_finds_a_head_at_another_rate():
     with head() as virtual:
         well('xy3ctl')
         device = os.path.basename(virtual.spi)
-        # bound, it would send the rate to the head
+        # while bound, it would send the rate to the head
         write_file('/sys/bus/spi/drivers/xy3-spi/unbind', device)
         write_file(CLASS + '/xy3-0/rate', '57600')
         found = wait_for(lambda: look('xy3ctl').get('back'), 'it is found', BIND_TIME)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Every command of the documents, typed in their order, with the devices that they are about."""
+"""All commands of the documents, run in order, with the required devices."""
 
 import contextlib
 import glob
@@ -16,7 +16,7 @@ from virtual_head import SIM, UART, VirtualHead, sim
 
 ATTACH = 'xy3ctl attach --daemon /dev/ttyXY3SIM0'
 
-pytestmark = pytest.mark.timeout(500)     # an emulated machine takes its time
+pytestmark = pytest.mark.timeout(500)     # an emulated machine is slow
 
 
 # --- devices -----------------------------------------------------------------------------------
@@ -35,7 +35,7 @@ def pendant():
 
 
 def wait_head(head):
-    """Until the group may use what the kernel has just made."""
+    """Waits until the group has access to new nodes and files."""
     head.wait_bound()
     wait_group(head.buffer)
     wait_group(head.node)
@@ -52,7 +52,7 @@ def head(**parameters):
 
 @contextlib.contextmanager
 def head_by(document, text):
-    """The virtual head that the document's own command makes"""
+    """The virtual head that a command of the document creates"""
     document.run(text)
     virtual = VirtualHead()
     try:
@@ -65,7 +65,7 @@ def head_by(document, text):
 
 @contextlib.contextmanager
 def attached_by(document, text):
-    """Its backchannel, by the document's own command"""
+    """Its backchannel, attached by a command of the document"""
     document.run(text)
     try:
         wait_for(lambda: read_file(CLASS + '/xy3-0/in_sync') == '1\n', 'sync', BIND_TIME)
@@ -75,7 +75,7 @@ def attached_by(document, text):
 
 
 def work(plugged):
-    """Work a pendant: selector to X, STEP++ down, three detents, all up again"""
+    """Operate a pendant: selector to X, STEP++ down, three detents, release all"""
     plugged.usb.select(0x11)
     plugged.usb.press(0x0D)
     plugged.usb.turn(3)
@@ -92,7 +92,7 @@ def check_lcd(plugged, **fields):
 
 
 def healthy(found):
-    """What a doctor prints where there is nothing to find"""
+    """The output of a doctor without findings"""
     assert 'found' not in found, found
 
 
@@ -205,7 +205,7 @@ def pendant_layouts(document, plugged):
 
 
 def code_of(plugged, scan):
-    """What a key sends now"""
+    """The event code of a key now"""
     plugged.open()
     plugged.usb.press(scan)
     report = plugged.events.report()

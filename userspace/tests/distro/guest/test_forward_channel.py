@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The scanhead's forward channel: a virtual head by the programs that users have for it.
+"""The forward channel of a scanhead: a virtual head with the programs of users.
 
-What does not depend on libiio, udev or the kernel is tested in User Mode Linux (tests/forward).
+Tests that do not depend on libiio, udev or the kernel run in User Mode Linux (tests/forward).
 """
 
 import array
@@ -22,10 +22,10 @@ from virtual_head import DRIVER, MODULES, UART, VirtualHead, footprint, sim
 from xy3_head_sim import wire
 
 SCANS = 4096
-AT_A_TIME = 512         # iio_writedev's buffer; it writes whole ones only
+AT_A_TIME = 512         # the buffer of iio_writedev, which only writes full buffers
 
 KERNEL = tuple(map(int, re.findall(r'\d+', os.uname().release)[:2]))
-# a kernel has the transfers for eight lines, or not, and those for lanes
+# whether the kernel supports transfers over eight lines, and over lanes
 EIGHT = [pytest.param(8, 'line', 24, 0, marks=pytest.mark.smoke)] if KERNEL >= (6, 12) else []
 LANES = [(8, 'cs', 24, 5), pytest.param(8, 'cs', 32, 5, marks=pytest.mark.smoke)
          ] if KERNEL >= (7, 2) else []
@@ -33,7 +33,7 @@ LANES = [(8, 'cs', 24, 5), pytest.param(8, 'cs', 32, 5, marks=pytest.mark.smoke)
 
 @pytest.mark.smoke
 def test_driver_comes_by_modalias():
-    """Must be first. Only the virtual head is asked for."""
+    """Must be first. Only the virtual head is loaded explicitly."""
     for name in MODULES:
         assert not module_loaded(name), '%s is loaded already' % name
     with VirtualHead(lines=4) as head:
@@ -96,7 +96,7 @@ def test_iio_writedev(lines, framing, bits, lanes):
 
 if not EIGHT:
     def test_eight_lines_are_refused():
-        """No head rather than one that gets rubbish."""
+        """No head is created instead of one that would receive garbage."""
         with VirtualHead(lines=8, driver=None) as head:
             settle()
             assert not os.path.exists(head.spi + '/driver')
@@ -151,7 +151,7 @@ IIO_BUFFER_GET_FD = 0xc0046991
 
 
 def missing_page():
-    """-> a page that a read of waits for, and the file that ends this when it is closed"""
+    """-> a page whose reads block, and the file that ends this when it is closed"""
     page = mmap.mmap(-1, mmap.PAGESIZE)
     fault = ctypes.CDLL(None, use_errno=True).syscall(SYS_USERFAULTFD, os.O_CLOEXEC)
     assert fault >= 0, os.strerror(ctypes.get_errno())
@@ -173,7 +173,7 @@ def start_writer(fd, page, size):
 
 
 def test_writer_without_its_page():
-    """A write() that waits for its page keeps nothing: the stream ends, and the driver goes."""
+    """A write() that waits for its page blocks nothing: the stream ends, the driver is unloaded."""
     with VirtualHead(lines=4, framing='line') as head:
         head.start()
         fd = os.open(head.buffer, os.O_WRONLY)
@@ -220,7 +220,7 @@ def test_driver_stays_for_its_writer():
 
 @pytest.mark.smoke
 def test_modules_go_and_leave_nothing():
-    """Must be last. The driver stays while a file of a head is open that has gone."""
+    """Must be last. The driver stays loaded while a file of a removed head is open."""
     with VirtualHead(lines=4) as head:
         assert footprint.left(), 'even of a head no allocation is seen'
         fd = os.open(head.buffer, os.O_WRONLY)

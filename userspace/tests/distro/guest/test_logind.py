@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""A pendant's Reset and systemd-logind, which restarts the computer for a KEY_RESTART.
+"""The key Reset of a pendant and systemd-logind, which restarts the computer for a KEY_RESTART.
 
-There is no systemd here that it could ask to do so: what it would do is in its log.
+There is no systemd here to do so: its action is in its log.
 """
 
 import contextlib
@@ -19,7 +19,7 @@ RULES = '/usr/lib/udev/rules.d/70-xhc-pendant.rules'
 OVERRIDE = '/etc/udev/rules.d/70-xhc-pendant.rules'
 HWDB = '/etc/udev/hwdb.d/61-xhc-pendant.hwdb'
 LOG = '/run/logind.log'
-# What a user may write who does not think of the computer. On Reset, and beside it.
+# Possible entries of a user who does not consider the computer: on Reset, and on other keys.
 OWN = ''.join(' KEYBOARD_KEY_%02x=%s\n' % key for key in (
     (0x01, 'power'), (0x02, 'sleep'), (0x03, 'suspend'), (0x17, 'restart')))
 RESET = 0x17
@@ -51,7 +51,7 @@ def daemon(name, *words):
 
 @pytest.fixture(scope='module')
 def logind():
-    for folder in '/run/dbus', '/run/systemd':     # which systemd makes
+    for folder in '/run/dbus', '/run/systemd':     # created by systemd
         os.makedirs(folder, exist_ok=True)
     with daemon('dbus', 'dbus-daemon', '--system', '--nofork', '--nopidfile'):
         wait_for(lambda: os.path.exists('/run/dbus/system_bus_socket'), "D-Bus's socket", PATIENCE)
@@ -62,7 +62,7 @@ def logind():
 
 
 class Keyboard:
-    """One with a key that restarts the computer, as it is meant to"""
+    """A keyboard with a key that is supposed to restart the computer"""
 
     NAME = 'keyboard with a restart key'
 
@@ -88,7 +88,7 @@ def keyboard(logind):
 
 @pytest.fixture(scope='module')
 def pendants(keyboard):
-    """One for each layout, and one with keys of a user's own, at the same time"""
+    """One pendant for each layout, and one with keys of a user, at the same time"""
     with contextlib.ExitStack() as stack:
         found = {name: stack.enter_context(Plugged(model)) for name, model in (
             ('hb03', 'HB03'), ('hb04-16', 'HB04'), ('hb04-18', 'HB04'), ('own', 'HB04'))}
@@ -117,12 +117,12 @@ def press(pendant, seconds=0.0):
 
 
 def acts():
-    """How often it has acted on a key that was held, and on one that was not"""
+    """The number of its actions on long and on short presses of a key"""
     return count('key pressed long'), count('key pressed short')
 
 
 def check_keyboard(keyboard):
-    """systemd-logind has seen all up to here: the keyboard's key is next."""
+    """Waits until systemd-logind has read all events, by a key of the keyboard."""
     long, short = acts()
     keyboard.press(1)
     keyboard.press(0)
@@ -138,7 +138,7 @@ def test_it_acts_on_a_keyboard(keyboard):
 
 
 def test_without_our_rule_it_acts_on_a_pendant(keyboard, pendants):
-    """So this can fail. With the rule back it releases the pendant, which stays plugged in."""
+    """Shows that the test can fail. After restoring the rule logind closes the pendant."""
     rule = 'TAG-="power-switch"\n'
     text = read_file(RULES)
     assert text.count(rule) == 1
@@ -182,5 +182,5 @@ def test_it_does_not_act_on_a_pendant(keyboard, pendants, name):
     press(pendant, LONG_PRESS + 2)
     check_keyboard(keyboard)
     assert acts() == (before[0], before[1] + 1)
-    if name != 'own':       # it was watched, by the test before
+    if name != 'own':       # it was watched, by the previous test
         assert not watched(pendant.node)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""What remains of all that the pendants' tests did: must be the last of them."""
+"""Leaks of all tests of pendants: must be the last of them."""
 
 import glob
 import os

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""What udevd does for a pendant: the driver, the properties, and keys under other names."""
+"""Functions of udevd for a pendant: the driver, the properties, and other names for keys."""
 
 import os
 import re
@@ -13,7 +13,7 @@ HWDB = '/etc/udev/hwdb.d/61-xhc-pendant.hwdb'
 
 @pytest.mark.smoke
 def test_autoload_by_modalias():
-    """Must be first: nobody has loaded the driver yet."""
+    """Must be first: the driver is not loaded yet."""
     assert not module_loaded('hid_xhc'), 'the driver is loaded before a pendant is plugged'
     with Plugged() as pendant:
         assert module_loaded('hid_xhc'), 'the driver is not loaded'
@@ -23,7 +23,7 @@ def test_autoload_by_modalias():
 
 
 def test_udev_makes_it_a_joystick():
-    """So the user at the seat may read it, and desktops do not take its keys for typing."""
+    """The user at the seat may read it, and desktops ignore its keys."""
     with Plugged() as pendant:
         properties, tags = udev_properties(pendant.node)
         assert properties.get('ID_INPUT') == '1'
@@ -42,7 +42,7 @@ def read_layout(name):
 
 
 def choose(name, keys):
-    """The entry for an HB04, activated in udev. None: it is removed."""
+    """Activates the entry for an HB04 in udev; None removes it."""
     if keys is None:
         os.unlink(HWDB)
     else:
@@ -74,9 +74,9 @@ def check_layout(pendant, name, keys):
                                           ['MSC_SCAN %d' % code, word + ' 0']], 'key %#x' % code
 
 
-@pytest.mark.timeout(400)     # three times all of the hwdb is compiled
+@pytest.mark.timeout(400)     # the hwdb is compiled three times
 def test_layout_by_hwdb():
-    """Chosen by hand, and there when the pendant is plugged again; changed; taken away."""
+    """Chosen manually, and present when the pendant is plugged in again; changed; removed."""
     layout = read_layout('hb04-18')
     first = {code: 'BTN_TRIGGER_HAPPY%d' % code for code in layout}
     named = {code: word or first[code] for code, word in layout.items()}

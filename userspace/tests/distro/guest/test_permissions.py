@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Access to a pendant and a head: for the group dialout, without root, and for no other user.
 
-The kernel and udevd are the real ones, with our rules; users are made by taking their ids.
+The kernel and udevd are the real ones, with our rules; tests run with the ids of users.
 """
 
 import array
@@ -37,7 +37,7 @@ def check_pendant(pendant):
 
 
 def use_pendant(pendant, code):
-    """All that a program has to do with it, by a member of the group."""
+    """All functions of a program, by a member of the group."""
     with member():
         events = Events(pendant.node)
         pendant.set('dro/position', '1 2 3 %d 5 6' % code)
@@ -68,7 +68,7 @@ def test_pendant_without_root():
 
 
 def test_rules_that_come_after_the_pendant():
-    """As when the package is installed with the pendant plugged in: udevadm trigger does it."""
+    """As on installation of the package with the pendant plugged in, by udevadm trigger."""
     with Plugged() as pendant:
         wait_access(pendant.path('dro'))
         for name in os.listdir(pendant.path('dro')):
@@ -80,7 +80,7 @@ def test_rules_that_come_after_the_pendant():
 
 
 def test_names_of_pendants():
-    """The first one keeps the short name; each has one by where it is plugged in."""
+    """The first one keeps the short name; each has a name by its port."""
     command('modprobe', 'uhid')
 
     def short():
@@ -108,7 +108,7 @@ def test_names_of_pendants():
 
 
 def test_devices_of_others_are_let_alone():
-    """The vendor of pendants makes other things, too."""
+    """The vendor of pendants has other products, too."""
     command('modprobe', 'uinput')
     other = libevdev.Device()
     other.name = 'no pendant'
@@ -130,7 +130,7 @@ def check_head(head):
         wait_access(directory)
         check_refused(directory)
     with member():
-        for path in (head.spi + '/line_map', '/sys/class/xy3/attach'):  # how heads are wired
+        for path in (head.spi + '/line_map', '/sys/class/xy3/attach'):  # the wiring of heads
             assert open_error(path) == errno.EACCES, path
 
 
@@ -164,7 +164,7 @@ def test_speed_without_root():
 
 
 def test_stream_without_root():
-    """By libiio's program, which has its own idea of where the buffer's files are."""
+    """By the program of libiio, which uses other paths for the files of the buffer."""
     scans = 1024
     data = array.array('I', (scan * AXES + axis for scan in range(scans) for axis in range(AXES)))
     pathlib.Path('/tmp/access').write_bytes(data.tobytes())

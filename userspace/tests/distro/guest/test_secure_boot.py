@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Secure Boot is on, and the owner has enrolled the key that DKMS has signed our modules with.
 
-Debian's kernel is locked down then: it takes no other modules, and refuses writes to debugfs.
-That key is an own one: what DKMS makes for itself is in the tree as well, and not enrolled.
+Debian's kernel is locked down then: it refuses other modules, and writes to debugfs. The key was
+created for the test: that created by DKMS is in the root, too, but not enrolled.
 """
 
 import contextlib
@@ -26,7 +26,7 @@ TOOLS = {'hid-xhc': 'xhcctl', 'xy3': 'xy3ctl'}
 
 @contextlib.contextmanager
 def in_place_of(driver, *sign):
-    """Another file for a module: without a signature, or with one that it gets by `sign`"""
+    """Replaces the file of a module: without a signature, or signed by `sign`"""
     path = command('modinfo', '-n', driver).strip()
     shutil.copy(path, '/tmp/kept.ko')
     command('strip', '--strip-debug', path)
@@ -46,7 +46,7 @@ def run(*words):
 
 
 def signatures(tool):
-    """What its doctor finds of them: [(text, fix), ...]"""
+    """Findings of its doctor about them: [(text, fix), ...]"""
     findings = json.loads(run(tool, 'doctor', '--json')[1])['findings']
     ours = [each for each in findings if each['id'] == 'signature']
     assert ours, '%s doctor does not look at signatures' % tool
@@ -54,7 +54,7 @@ def signatures(tool):
 
 
 def check_refused(driver):
-    """-> what the doctor finds"""
+    """-> the findings of the doctor"""
     status, output = run('modprobe', driver)
     assert (status, REFUSED in output) == (1, True), 'status of modprobe %s: %s' % (driver, output)
     assert not module_loaded(driver.replace('-', '_')), driver + ' is loaded'

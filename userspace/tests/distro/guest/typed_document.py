@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""A document's commands, typed one after another as its reader would.
+"""The commands of a document, run one after another.
 
-A test names each command in the document's order: one that it does not expect there, or that it
-does not come to, is a failure. Documents and examples are below PLACE.
+A test names each command in the order of the document: an unexpected command, or one that is not
+reached, is a failure. Documents and examples are below PLACE.
 """
 
 import os
@@ -41,7 +41,7 @@ class Document:
                 'commands of %s that no test knows' % self.name
 
     def next(self, text=None):
-        """The next command, which must be this one; None: which must be a program"""
+        """The next command, which must be this one; None: it must be a program"""
         assert self.left, '%s: no command %r' % (self.name, text)
         command = self.left.pop(0)
         if text is None:
@@ -61,8 +61,8 @@ class Document:
                                 env={**os.environ, 'HOME': HOME, 'TERM': 'dumb'}, **options)
 
     def finish(self, command, text, status=0):
-        """To its end -> what it prints"""
-        # not by a pipe, which a program in the background would keep open
+        """Runs it to its end -> its output"""
+        # not a pipe, which a program in the background would keep open
         with tempfile.TemporaryFile('w+', encoding='utf-8') as file:
             process = self.start(command, text, stdout=file)
             try:
@@ -78,7 +78,7 @@ class Document:
         return output
 
     def run(self, text, names=(), status=0):
-        """-> what it prints. names: [(as in the document, as it is here), ...]"""
+        """-> its output. names: [(name in the document, name here), ...]"""
         command = self.next(text)
         typed = command.typed
         for name, here in names:
@@ -89,19 +89,19 @@ class Document:
         return self.finish(command, typed, status)
 
     def shows(self, text):
-        """A command that prints what the document has below it, and nothing else"""
+        """A command whose output is exactly that in the document"""
         shown = self.left[0].shown if self.left else []
         assert self.run(text).splitlines() == shown, 'what %r prints' % text
 
     def file(self, text):
-        """"cat FILE": the reader is to write that file"""
+        """"cat FILE": a file that users are to write"""
         shown = [line for line in self.left[0].shown if line] if self.left else []
         with open(text.split()[1], 'w', encoding='utf-8') as file:
             file.write('\n'.join(shown) + '\n')
         self.shows(text)
 
     def follow(self, text, act, *words, ready=''):
-        """Goes on by itself: once it has printed `ready`, act(); until all words are printed."""
+        """A running command: calls act() after the output `ready`, until all words are printed."""
         command = self.next(text)
         with tempfile.NamedTemporaryFile('w') as file:
             process = self.start(command, command.typed, stdout=file)
@@ -130,7 +130,7 @@ class Document:
         self.follow(None, act, *words)
 
     def elsewhere(self, *texts, test):
-        """Commands that cannot be typed here; `test` names where they are tested."""
+        """Commands that cannot be run here; `test` names the test that covers them."""
         assert test, 'no test'
         for text in texts:
             self.next(text)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The virtual head of xy3-sim, and what xy3-spi has made of it."""
+"""The virtual head of xy3-sim, and its IIO device of xy3-spi."""
 
 import contextlib
 import glob
@@ -19,12 +19,12 @@ MODULES = ('xy3_sim', 'xy3_spi', 'xy3')
 
 
 def sim(name):
-    """What the head has received, or is."""
+    """Data received by the head, or its state."""
     return read_file(SIM + name).strip()
 
 
 class Footprint:
-    """Where our modules have been: what they leave behind is looked for when all is done."""
+    """Addresses of our modules: leaks are looked for at the end."""
 
     def __init__(self):
         self.since = None               # jiffies before the first one was loaded
@@ -50,14 +50,14 @@ footprint = Footprint()
 
 
 class VirtualHead:
-    """A virtual head, by modprobe; keywords are the module's parameters.
+    """A virtual head, by modprobe; keywords are parameters of the module.
 
         with VirtualHead(lines=4, framing='line') as head:
             head.set('out_angl0_raw', 5)
             assert head.positions(20)[0] == 5
 
     driver=None: no driver is expected to bind to the SPI device.
-    controller: name of the driver that the controller seems to have
+    controller: name of the driver that the controller appears to have
     """
 
     def __init__(self, driver='xy3-spi', controller='xy3-sim', **parameters):
@@ -102,7 +102,7 @@ class VirtualHead:
         write_file('%s/%s' % (self.iio, name), str(value))
 
     def number(self, name):
-        """One of the driver's counters."""
+        """A counter of the driver."""
         return int(read_file('%s%s/%s' % (COUNTERS, os.path.basename(self.spi), name)))
 
     def start(self):
@@ -121,17 +121,17 @@ class VirtualHead:
     # --- what the head has received ----------------------------------------------------------
 
     def positions(self, bits):
-        """All of them, which must have come in frames of `bits` bits."""
+        """All positions, which must have been received in frames of `bits` bits."""
         rows = [line.split() for line in sim('positions').splitlines()]
         assert {row[2] for row in rows} == {str(bits)}
         return [int(row[1]) for row in rows]
 
     def counts(self, name):
-        """By axis"""
+        """Counts by axis"""
         return [int(line.split()[1]) for line in sim(name).splitlines()]
 
     def record(self, scans):
-        """Keeps the next ones, and one too many, but none that repeats the one before."""
+        """Records the next scans, and one more, except repetitions of the previous one."""
         write_file(SIM + 'record', '%d changes' % (scans + 1))
 
     def check_record(self, data):
