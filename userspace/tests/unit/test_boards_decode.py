@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The decoder of a board's lines: it accepts what the guest sends, and refuses each fault."""
+"""The decoder of the lines of a board: it accepts correct data, and detects each fault."""
 
 import importlib.machinery
 import importlib.util
@@ -12,7 +12,7 @@ loader = importlib.machinery.SourceFileLoader('boards_decode', str(PROGRAM))
 decode = importlib.util.module_from_spec(importlib.util.spec_from_loader('boards_decode', loader))
 loader.exec_module(decode)
 
-# of the pages of the protocol: position 5, calibrate x; in 32 bits position 33554432
+# from the protocol pages: position 5, calibrate x; in 32 bits position 33554432
 EXAMPLES = (('400016', (24, 'position', 5)), ('300007', (24, 'command', 0xC0001)),
             ('e0000001', (32, 'position', 33554432)), ('80c00013', (32, 'command', 0xC0001)))
 
@@ -75,7 +75,7 @@ def test_what_the_guest_sends():
 
 def test_repetitions():
     assert not failures(pins([one for one in sent()
-                              for _ in range(2 if one[1] == '1' else 1)]))     # no command
+                              for _ in range(2 if one[1] == '1' else 1)]))     # not a command
 
 
 def test_nothing():
@@ -115,7 +115,7 @@ def test_bit_too_few():
 
 
 def test_bits_at_the_other_edge():
-    """In mode 1 a bit is taken at the falling edge; one that changes with it is too late."""
+    """In mode 1 a bit is sampled at the falling edge; a change at that edge is too late."""
     changes = pins(sent())
     for n, change in enumerate(changes[:-1]):
         if change[0] == PINS.MOSI and changes[n + 1] == (PINS.SCK, 0):
@@ -124,7 +124,7 @@ def test_bits_at_the_other_edge():
 
 
 def test_mode_0():
-    """There a bit comes before the clock rises, and is still there when it falls: only just."""
+    """There a bit is valid before the clock rises, and just until it falls."""
     changes = pins(sent())
     for n, change in enumerate(changes[:-1]):
         if change[0] == PINS.SCK and change[1] and changes[n + 1][0] == PINS.MOSI:
@@ -146,7 +146,7 @@ def test_chip_select_while_the_clock_is_high():
 # ---- several lines at once ----
 
 def clocks_of(lines, scans, block=7):
-    """Levels of all lines, by time that the chip select is low."""
+    """Levels of all lines, for each time that the chip select is low."""
     selected = []
     for n, (frames, gate) in enumerate(scans):
         texts = dict(zip(decode.axes_of(lines), (frame(*one) for one in frames)))
@@ -170,7 +170,7 @@ def scans_of(lines):
 
 
 def sifive(selected, mode=1, proto=2, hold=True):
-    """QEMU's trace of SiFive's controller: two clocks of four lines are a byte."""
+    """QEMU's trace of the SiFive controller: a byte has two clocks of four lines."""
     def write(address, value):
         return 'memory_region_ops_write addr 0x%x value 0x%x size 4\n' % (address, value)
 
@@ -271,7 +271,7 @@ def write_of(address, value):
 
 
 def imx(frames, config=0x101, gpio=True):
-    """CPHA is bit 0, CPOL bit 4, and bit 8 makes the chip select move between words."""
+    """CPHA is bit 0, CPOL bit 4, and bit 8 toggles the chip select between words."""
     gpio3 = decode.Imx.GPIO3
     yield from (write_of(gpio3, 0), write_of(gpio3, 1 << 19))   # not driven yet, then not selected
     yield write_of(decode.Imx.CONFIG, config)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""What drivers/include/compat finds in a kernel's headers, and what it gives to older ones.
+"""Detection of features in kernel headers by drivers/include/compat, and its replacements.
 
-Each row of the table in `probe` has a doctored header here in two forms, the older and the newer
-one, and a piece of a driver that is written for the newer one. No version number is anywhere: a
-vendor's kernel has any mix of the forms.
+Each row of the table in `probe` has an artificial header here in two forms, the older and the newer
+one, and a piece of a driver that requires the newer one. No version numbers are used: the kernel of
+a vendor may mix the forms.
 """
 
 import os
@@ -32,7 +32,7 @@ struct spi_device { unsigned int mode; };
 int spi_setup(struct spi_device *spi);
 '''
 
-# macro: header, older form, newer form, what a driver does
+# macro: header, older form, newer form, use in a driver
 ROWS = {
     'CLASS_ATTR_CONST': (
         'device/class.h',
@@ -218,7 +218,7 @@ def test_driver_in_the_new_form_compiles_with_both(name, tmp_path):
 
 @pytest.mark.parametrize('name', [name for name in ROWS if name != 'SPI_NBITS_OCTAL'])
 def test_old_form_is_no_use_to_the_driver(name, tmp_path):
-    """So the test above shows that the shadow header does its work"""
+    """Counterpart of the previous test: it fails without the shadow header"""
     assert compiles(name, kernel(tmp_path, set())).returncode != 0
     new = kernel(tmp_path / 'new', {name})
     done = compiles(name, new)

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Which modules DKMS is to build for a kernel, and which ones Kbuild builds: by what the kernel's
-configuration has.
+"""The modules that DKMS and Kbuild build for a kernel, depending on its configuration.
 
-dkms.conf is sourced as dkms 3.0 and 3.2 source it, by bash and with their variables; Kbuild is read
-by make, with the variables that the kernel's build gives it.
+dkms.conf is sourced like by dkms 3.0 and 3.2, by bash and with their variables; Kbuild is read by
+make, with the variables of the kernel's build.
 """
 
 import itertools
@@ -25,7 +24,7 @@ MODULES = {'hid-xhc': 'drivers/hid-xhc', 'xy3': 'drivers/xy3', 'xy3-spi': 'drive
            'xy3-sim': 'drivers/xy3/sim'}
 SYMBOLS = ('HID', 'USB_HID', 'HWMON', 'SERIAL_DEV_BUS', 'SPI', 'IIO', 'IIO_BUFFER', 'CONFIGFS_FS')
 
-# What a kernel has, what it has not, and the modules that are to be there
+# Enabled symbols, disabled symbols, and the expected modules
 CASES = {
     'own realtime kernel, no IIO': (
         ('HID', 'USB_HID', 'HWMON', 'SPI', 'SERIAL_DEV_BUS', 'CONFIGFS_FS'),
@@ -39,7 +38,7 @@ CASES = {
     'cloud': ((), ('HID', 'USB_HID'), []),
 }
 
-# Prints what dkms takes over: "NAME[INDEX]=VALUE"
+# Prints the variables that dkms uses: "NAME[INDEX]=VALUE"
 SOURCE = '''
 shopt -s extglob
 . "$1/dkms.conf" > /dev/null
@@ -53,14 +52,14 @@ done
 
 
 class Kernel:
-    """A kernel's headers, as far as its configuration, and the folder of dkms"""
+    """The configuration in kernel headers, and the folder of dkms"""
 
     def __init__(self, on=(), off=(), files=('.config', 'include/config/auto.conf')):
         self.path = tempfile.mkdtemp()
         self.on = on
         self.headers = os.path.join(self.path, 'headers')
         lines = ['CONFIG_%s=%s\n' % (symbol, 'ym'[i % 2]) for i, symbol in enumerate(on)]
-        # like a symbol, and no such
+        # looks like a symbol, but is none
         lines += ['CONFIG_%s_OTHER=y\n' % symbol for symbol in off]
         for name in files:
             os.makedirs(os.path.dirname(os.path.join(self.headers, name)), exist_ok=True)
@@ -83,7 +82,7 @@ class Kernel:
                 pass
 
     def by_dkms(self):
-        """The names of the modules; none if the package is left out"""
+        """The names of the modules; none if the package is skipped"""
         done = subprocess.run(
             ['bash', '-c', SOURCE, 'dkms', TOP], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
             text=True, check=True, cwd='/',
@@ -94,7 +93,7 @@ class Kernel:
         assert said['AUTOINSTALL[0]'] == 'yes'
         assert '%s/%s' % (said['PACKAGE_NAME[0]'], said['PACKAGE_VERSION[0]']) == PACKAGE
 
-        # dkms 3.0 requires a module, and all versions an array without holes
+        # dkms 3.0 requires a module, and all versions require an array without holes
         names = [said['BUILT_MODULE_NAME[%d]' % i]
                  for i in range(sum(key.startswith('BUILT_MODULE_NAME') for key in said))]
         assert names
@@ -113,7 +112,7 @@ class Kernel:
         return names
 
     def by_kbuild(self, *variables):
-        """The modules' folders, and what make prints"""
+        """The folders of the modules, and the output of make"""
         done = subprocess.run(
             ['make', '-s', '-f', '-', 'src=' + TOP, *variables,
              *('CONFIG_%s=y' % symbol for symbol in self.on)],
@@ -139,7 +138,7 @@ def test_kernel_gets_what_it_can_have(name, files, others):
 
 
 def test_either_file_of_the_configuration_counts():
-    """dkms 3.0 looks at .config, dkms 3.2 and the kernel's build at auto.conf"""
+    """dkms 3.0 reads .config, dkms 3.2 and the kernel's build read auto.conf"""
     few, all_of_them = ('HID', 'USB_HID'), SYMBOLS
     for name in '.config', 'include/config/auto.conf':
         with Kernel(all_of_them) as kernel, Kernel(few, files=(name,)) as other:
@@ -164,20 +163,20 @@ def test_modules_are_those_of_the_source():
 
 
 def test_dkms_and_kbuild_agree():
-    """For every set of what the modules require, DKMS lists what Kbuild builds"""
+    """For each combination of requirements DKMS lists the modules that Kbuild builds"""
     seen = set()
     for count in range(len(SYMBOLS) + 1):
         for on in itertools.combinations(SYMBOLS, count):
             with Kernel(on) as kernel:
                 built, _ = kernel.by_kbuild()
                 seen.add(tuple(built))
-                # without the driver of pendants DKMS leaves all out
+                # without the driver of pendants DKMS skips all
                 assert kernel.by_dkms() == (built if 'hid-xhc' in built else []), on
     assert {(), ('hid-xhc',), ('hid-xhc', 'xy3'), tuple(MODULES)} <= seen
 
 
 def test_kbuild_and_kconfig_agree():
-    """Out of tree a module requires what it depends on, or selects, in the kernel's tree"""
+    """Out of tree a module requires symbols that it depends on, or selects, in the kernel tree"""
     entries = {}
     for folder in 'drivers/hid-xhc', 'drivers/xy3':
         with open(os.path.join(TOP, folder, 'Kconfig'), encoding='ascii') as file:
@@ -203,7 +202,7 @@ def test_kbuild_and_kconfig_agree():
 
 
 def test_clean_goes_where_the_installed_source_has_folders():
-    """The kernel's clean goes into what is off, too; kunit is not installed"""
+    """The clean target of the kernel also enters disabled folders; kunit is not installed"""
     def folders(*variables):
         done = subprocess.run(
             ['make', '-s', '-f', '-', 'src=' + TOP, *variables],
@@ -222,7 +221,7 @@ def test_what_is_left_out_is_named_with_what_the_kernel_lacks():
         assert kernel.by_kbuild('need-modorder=1')[1] == [
             'xhc-xy3: xy3-spi is left out: the kernel has no CONFIG_IIO_BUFFER',
             'xhc-xy3: xy3-sim is left out: the kernel has no CONFIG_IIO_BUFFER']
-        # modpost reads the file once more
+        # modpost reads the file again
         assert kernel.by_kbuild()[1] == []
     with Kernel(('HID', 'USB_HID', 'HWMON')) as kernel:
         assert kernel.by_kbuild('need-modorder=1')[1][0] == (
@@ -234,7 +233,7 @@ def test_what_is_left_out_is_named_with_what_the_kernel_lacks():
 
 
 def test_kernel_whose_configuration_is_not_there():
-    """dkms add and status, for one: it has no headers yet"""
+    """For example dkms add and status: there are no headers yet"""
     with Kernel(files=()) as kernel:
         assert not os.path.exists(kernel.headers)
         assert kernel.by_dkms() == list(MODULES)

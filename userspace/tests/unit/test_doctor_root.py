@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""doctor with faults that a machine cannot be given cheaply, planted in a made-up root: what is
-installed, DKMS, Secure Boot, udev's rules, a pendant on USB, and its holder.
+"""doctor with faults that are expensive to create on a machine, in an artificial root:
+installation, DKMS, Secure Boot, udev's rules, a pendant on USB, and its holder.
 
-Each has its control beside it: the healthy root, in which nothing is found.
+Each is compared with the healthy root, in which nothing is found.
 """
 
 import json
@@ -35,7 +35,7 @@ def version():
 
 
 class Root:
-    """A machine in which all is well with the tool's driver."""
+    """A machine without faults of the tool's driver."""
 
     def __init__(self, tool):
         self.tool = tool
@@ -76,7 +76,7 @@ class Root:
         os.symlink('../../../drivers/' + driver, self.at('%s%s:1.0/driver' % (usb, name)))
 
     def driven(self, hid):
-        """A HID device that has our driver"""
+        """A HID device bound to our driver"""
         for folder in ('sys/bus/hid/devices/', 'sys/bus/hid/drivers/hid-xhc/'):
             self.write(folder + hid + '/awake', '1\n')
             self.write(folder + hid + '/stats/frame_errors', '0\n')
@@ -104,7 +104,7 @@ class Root:
         self.write('etc/os-release', ''.join(line + '\n' for line in lines))
 
     def runs(self, kernel):
-        """Another kernel, with nothing of ours"""
+        """Another kernel, without our modules"""
         self.write('proc/sys/kernel/osrelease', kernel + '\n')
         self.write('lib/modules/%s/modules.dep' % kernel, '')
 
@@ -138,12 +138,12 @@ class TestCase(case.Case):
         return findings, done.returncode
 
     def found(self, root):
-        """-> {id: (text, fix)} of what is found"""
+        """-> {id: (text, fix)} of the findings"""
         return {check: finding[1:] for check, all_of_it in self.ask(root)[0].items()
                 for finding in all_of_it if finding[0] == 'found'}
 
     def assert_found(self, root, check, text, fix):
-        """That this and nothing else is found"""
+        """Exactly this is found"""
         findings, status = self.ask(root)
         found = [(key, *finding[1:]) for key, all_of_it in findings.items()
                  for finding in all_of_it if finding[0] == 'found']
@@ -185,7 +185,7 @@ class TestCase(case.Case):
         for tool in RULES:
             root = self.root(tool)
             root.remove(MODULES + 'build')
-            # they are required to build only
+            # they are only required to build
             assert self.assert_well(root)['headers'][0][0] == 'skipped'
             root.not_loaded()
             root.write(MODULES + 'modules.dep', '')
@@ -199,12 +199,12 @@ class TestCase(case.Case):
         root.remove('%s/kernel-%s-x86_64' % (DKMS, KERNEL))
         fix = 'dkms install xhc-xy3/%s -k %s' % (version(), KERNEL)
         self.assert_found(root, 'dkms', 'not built', fix)
-        # for another kernel, even one whose name begins alike
+        # for another kernel, even one whose name starts the same
         os.symlink('x', root.at('%s/kernel-%s-x86_64' % (DKMS, KERNEL + 'x')))
         self.assert_found(root, 'dkms', 'not built', fix)
         root.write('%s/%s/build/make.log' % (DKMS, version()), 'error\n')
         self.assert_found(root, 'dkms', '/build/make.log', fix)
-        # a driver that was built by hand has none
+        # a driver that was built manually has none
         root.remove(DKMS)
         assert self.assert_well(root)['dkms'][0][0] == 'skipped'
 
@@ -217,10 +217,10 @@ class TestCase(case.Case):
         root.write(MODULES + 'modules.dep', 'updates/dkms/not-xy3.ko:\n')
         again = 'dkms install --force xhc-xy3/%s -k %s' % (version(), KERNEL)
         self.assert_found(root, 'module', 'has no module xy3', again)
-        # what dkms has not built, dkms is to build: one fix, not two
+        # a module that dkms has not built is built by dkms: one fix, not two
         root.remove('%s/kernel-%s-x86_64' % (DKMS, KERNEL))
         self.assert_found(root, 'dkms', 'not built', 'dkms install xhc-xy3/' + version())
-        # without DKMS its commands do nothing
+        # without DKMS its commands are not available
         root.remove(DKMS)
         self.assert_found(root, 'module', 'has no module xy3', 'sudo make install ')
 
@@ -237,7 +237,7 @@ class TestCase(case.Case):
                         'xhc-xy3: xy3-spi is left out: the kernel has no CONFIG_SPI\n' % why)
         self.assert_found(root, 'module', 'has no module xy3: it was left out, as ' + why,
                           'start a kernel that has')
-        # the log has a line on another module only
+        # the log only has a line on another module
         root.write(log, 'xhc-xy3: xy3-spi is left out: the kernel has no CONFIG_SPI\n')
         self.assert_found(root, 'module', 'has no module xy3', 'dkms install --force xhc-xy3/')
 
@@ -273,7 +273,7 @@ class TestCase(case.Case):
                                ('6.12.25+rpt-rpi-v8', ('ID=debian',)),
                                ('6.1.0-56-amd64', ('PRETTY_NAME="Debian"', 'ID="debian"'))):
             assert fix(kernel, *system, package=True) == 'sudo apt install linux-headers-' + kernel
-        # a kernel that no package has
+        # a kernel without a package
         assert 'apt' not in fix('6.17.0', 'ID=debian')
         mainline = fix('6.17.8-061708-generic', 'ID=ubuntu', package=True)
         assert 'mainline' in mainline and 'apt' not in mainline
@@ -296,7 +296,7 @@ class TestCase(case.Case):
             assert words in fix
 
     def test_an_image(self):
-        """DKMS cannot work there: no command of it is advised."""
+        """DKMS cannot work there: none of its commands is suggested."""
         for lines, path in ((('ID=fedora', 'VARIANT_ID=silverblue'), 'run/ostree-booted'),
                             (('ID=steamos', 'ID_LIKE=arch'), None)):
             root = self.root('xhcctl')
@@ -343,7 +343,7 @@ class TestCase(case.Case):
             self.assert_found(root, 'signature', key, 'mokutil --import ' + key)
             root.write(root.module, b'module without')
             self.assert_found(root, 'signature', 'is not signed', 'mokutil --import ' + key)
-            root.remove(DKMS)           # who signs then is not known
+            root.remove(DKMS)           # the signer is not known then
             self.assert_found(root, 'signature', 'refused', 'sign it with a key')
 
     def test_blacklist(self):
@@ -420,7 +420,7 @@ class TestCase(case.Case):
         self.assert_found(root, 'driver', 'no HB03, HB04 or WHB04B', 'lsusb -d 10ce:')
 
     def test_models(self):
-        """Each that the driver binds is named, and is looked at"""
+        """Each one that the driver supports is named and checked"""
         for product, name in (('eb6e', 'an HB03'), ('eb70', 'an HB04'),
                               ('eb93', 'a WHB04B-4 or WHB04B-6')):
             with case.row(product):
@@ -442,14 +442,14 @@ class TestCase(case.Case):
         os.makedirs(root.at('sys/bus/hid/devices/0003:10CE:EB91.0002'))
         self.assert_found(root, 'model', '1-3 (10ce:eb91) is a clone of the WHB04B',
                           'echo 3 10ce eb91 eb93 | sudo tee /sys/bus/hid/drivers/hid-xhc/new_id')
-        # that has been done
+        # this was done already
         root.remove('sys/bus/hid/devices/0003:10CE:EB91.0002')
         root.driven('0003:10CE:EB91.0002')
         findings = self.assert_well(root)
         assert ('ok', '0003:10CE:EB91.0002 has hid-xhc', None) in findings['driver']
         assert ('ok', '1-3 (10ce:eb91) is a clone of the WHB04B, and hid-xhc drives it', None) in \
             findings['model']
-        # a clone is held as well as any other
+        # a clone may have a holder like any other
         root.remove('sys/bus/usb/devices/1-3/1-3:1.0/driver')
         self.assert_found(root, 'holder', '1-3:1.0 has no driver', 'usbhid/bind')
 
@@ -460,7 +460,7 @@ class TestCase(case.Case):
                           'lsusb -v -d 10ce:eb71')
 
     def test_no_pendants(self):
-        """Neither is a fault, and nothing else looks at them"""
+        """Neither is a fault, and no other check uses them"""
         for product, name, todo in (('ea6a', 'a serial bridge', 'cp210x'),
                                     ('eb73', 'a motion card', "its maker's program")):
             with case.row(product):
@@ -470,7 +470,7 @@ class TestCase(case.Case):
                 assert (status, fix) == ('skipped', None)
                 assert text.startswith('1-3 (10ce:%s) is not a pendant but %s' % (product, name))
                 assert todo in text
-                # and none of them is the pendant that is looked for
+                # and none of them is the selected pendant
                 for path in ('sys/bus/usb/devices/1-2', 'sys/bus/hid'):
                     root.remove(path)
                 self.assert_found(root, 'driver', 'no HB03, HB04 or WHB04B', 'lsusb -d 10ce:')
@@ -493,12 +493,12 @@ class TestCase(case.Case):
         os.makedirs(root.at('proc/4242/fd'))
         os.symlink('/dev/bus/usb/001/007', root.at('proc/4242/fd/5'))
         self.assert_found(root, 'holder', 'xhc-hb04 has taken 1-2:1.0', 'kill 4242')
-        # another's device is nobody's business here
+        # devices of other drivers are ignored here
         root.write('sys/bus/usb/devices/1-2/idProduct', 'ffff\n')
         self.assert_well(root)
 
     def test_held_by_libusb_is_the_only_fault(self):
-        """The kernel has no HID device then. That is no reason to plug in what is plugged in."""
+        """The kernel has no HID device then. doctor must not suggest to plug in the pendant."""
         root = self.root('xhcctl')
         root.remove('sys/bus/usb/devices/1-2/1-2:1.0/driver')
         root.remove('sys/bus/hid')
@@ -556,7 +556,7 @@ class TestCase(case.Case):
             keys([128, 166] + [code for code in numbers if code != 0x2c0 + missing - 1])
             self.assert_found(root, 'linuxcnc', '/%s has btn-trigger-happy%d,' % (hal, missing),
                               'xhcctl layout default --apply')
-        keys([128, 166])                # all have names
+        keys([128, 166])                # all keys have names
         self.assert_found(root, 'linuxcnc', '/' + hal, 'xhcctl layout default --apply')
         os.rename(root.at('home/me'), root.at('root'))
         self.assert_found(root, 'linuxcnc', '/root/linuxcnc/', 'xhcctl layout default --apply')
@@ -575,7 +575,7 @@ class TestCase(case.Case):
     # --- serial ports ---
 
     def port(self, root, name, *, usb=None, head=None):
-        """A serial port, which is that of a head"""
+        """A serial port, that of a head"""
         device = 'sys/devices/' + ('usb/%s/%s:1.0/%s' % (usb, usb, name) if usb else name)
         os.makedirs(root.at(device))
         root.write('sys/class/tty/%s/dev' % name, '188:0\n')
@@ -595,10 +595,10 @@ class TestCase(case.Case):
             os.symlink(node, root.at('proc/%d/fd/%d' % (pid, number)))
 
     def test_nothing_attached(self):
-        """The port that is named is there, and free."""
+        """The selected port exists and is free."""
         root = self.root_without_head()
         self.assert_found(root, 'head', 'nothing is attached', 'plug in the adapter')
-        root.write('sys/class/tty/ttyS0/type', '0\n')          # no UART behind it
+        root.write('sys/class/tty/ttyS0/type', '0\n')          # without a UART
         os.makedirs(root.at('sys/class/tty/ttyS0/device'))
         os.makedirs(root.at('sys/class/tty/tty1'))
         self.assert_found(root, 'head', 'nothing is attached', 'plug in the adapter')
@@ -606,7 +606,7 @@ class TestCase(case.Case):
         self.assert_found(root, 'head', 'nothing is attached', 'attach /dev/ttyUSB1 ')
 
     def test_console_and_getty(self):
-        """Of no matter while there is another port"""
+        """Irrelevant if there is another port"""
         for way, text, fix in (
                 ('console', 'ttyAMA0 is the kernel\'s console', 'cmdline.txt'),
                 ('getty', 'ttyAMA0 has a login prompt', 'serial-getty@ttyAMA0.service')):
@@ -630,7 +630,7 @@ class TestCase(case.Case):
         self.assert_found(root, 'port', 'ttyS1 is the kernel', '/etc/default/grub')
         root.write('sys/class/tty/console/active', 'ttyS11\n')
         self.assert_well(root)
-        # a head on a pseudo terminal: the console is none of its business
+        # a head on a pseudo terminal: the console is irrelevant
         root.remove('sys/class/xy3/xy3-0/back')
         root.write('sys/class/tty/console/active', 'ttyS1\n')
         self.assert_well(root)
@@ -656,7 +656,7 @@ class TestCase(case.Case):
         self.port(root, 'ttyUSB1', usb='1-2')
         root.write(timer, '1\n')
         root.write('sys/class/tty/ttyUSB1/device/latency_timer', '16\n')
-        self.assert_well(root)          # not a head's
+        self.assert_well(root)          # not that of a head
 
     def test_modem_manager(self):
         root = self.root('xy3ctl')
@@ -667,14 +667,14 @@ class TestCase(case.Case):
                           'SUBSYSTEM=="tty", KERNELS=="1-1.2:1.0", ENV{XY3_BACKCHANNEL}="1"')
         root.write('run/udev/data/c188:0', 'E:ID_BUS=usb\nE:ID_MM_PORT_IGNORE=1\n')
         self.assert_well(root)
-        # a port of the board is none of its business
+        # a port of the board is irrelevant
         root = self.root('xy3ctl')
         self.port(root, 'ttyAMA0', head='xy3-0')
         self.process(root, 4242, 'ModemManager')
         self.assert_well(root)
 
     def test_adapters(self):
-        """brltty takes one away from its driver, and there is no ttyUSB0 then."""
+        """brltty detaches one from its driver, and then there is no ttyUSB0."""
         root = self.root('xy3ctl')
         usb = 'sys/bus/usb/devices/1-1.2/'
         root.write(usb + 'idVendor', '1a86\n')
@@ -707,9 +707,9 @@ class TestCase(case.Case):
                          'echo xy3-1 | sudo tee /sys/class/xy3/attach')
 
     def test_names_of_pendants(self):
-        """Each name that list has is the device's; another is no device, and nothing is well."""
+        """Each name in list selects the device; any other selects none, and no check succeeds."""
         root = self.root('xhcctl')
-        later = '0003:10CE:EB6E.0009'       # its product comes first, its number does not
+        later = '0003:10CE:EB6E.0009'       # its product sorts first, its number does not
         root.driven(later)
         device = 'sys/bus/hid/devices/%s/' % HID
         for path in ('input/input7/event3', 'hidraw/hidraw2'):
@@ -752,7 +752,7 @@ class TestCase(case.Case):
         assert self.ask(root, '-d', '2')[0]['back'][0][1].startswith('xy3-2 ')
 
     def test_device(self):
-        """Only of the one that is named"""
+        """Only findings of the selected one"""
         root = self.root('xy3ctl')
         root.write('sys/class/xy3/xy3-1/rate', '115200\n')
         root.write('sys/class/xy3/xy3-1/in_sync', '0\n')

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Unit tests of the scanhead's examples: a known path, and a known record as a known picture."""
+"""Unit tests of the examples for scanheads: a known path, and the picture of a known record."""
 
 import contextlib
 import io
@@ -59,7 +59,7 @@ class TestFigures(Case):
             assert sum(count > 500 for count in counts.values()) == 5
 
     def test_letters(self):
-        """The gate is high on strokes only, and no jump is hidden in one."""
+        """The gate is only high on strokes, and no stroke contains a jump."""
         path = self.lines('letters')
         for a, b in zip(path, path[1:]):
             assert math.dist(a[:2], b[:2]) < (0.0021 if b[2] else 0.0101)
@@ -79,7 +79,7 @@ class TestFigures(Case):
 
 
 class Folder(Case):
-    """A folder with what xy3-sim shows of a head."""
+    """A folder with the files of a head of xy3-sim."""
 
     def set_up(self):
         folder = tempfile.TemporaryDirectory()
@@ -169,7 +169,7 @@ class TestPictures(Folder):
 
 
 class TestStreams(Folder):
-    """A program's view of an IIO device: files."""
+    """The files of an IIO device."""
 
     def set_up(self):
         super().set_up()
@@ -198,7 +198,7 @@ class TestStreams(Folder):
             assert head.scan(position) == struct.pack('<3I', 0, TOP20, gate)
 
     def test_out_of_range(self):
-        """What no code is for is refused with its line, and nothing is sent."""
+        """Values out of range are refused with their line number, and nothing is sent."""
         self.device(axes=2)
         self.put('iio:device0/out_voltage0_label', 'gate\n')
         head = stream.Scanhead('iio:device0')

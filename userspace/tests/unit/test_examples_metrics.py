@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The example that turns what xy3ctl shows into metrics, with a head of a made-up /sys."""
+"""The example that converts the output of xy3ctl to metrics, with a head in an artificial /sys."""
 
 import os
 import re
@@ -28,7 +28,7 @@ def metrics(text, *words):
 
 
 def shown(head):
-    """-> the example's output on what xy3ctl shows of it, and its samples"""
+    """-> the output of the example for the output of xy3ctl, and its samples"""
     status, document, errors = head.xy3ctl.run('show', '--json')
     assert (status, errors) == (0, '')
     done = metrics(document)
@@ -63,7 +63,7 @@ def test_all_of_a_head(head):
 
 
 def test_format(head):
-    """Each metric is described once, before its samples, which are together."""
+    """Each metric is described once, before its contiguous samples."""
     text, _ = shown(head)
     names = [re.split('[ {]', line)[2 if line.startswith('#') else 0] for line in text.splitlines()]
     assert [name for at, name in enumerate(names) if name not in names[:at]] == \
@@ -82,13 +82,13 @@ def test_two_heads(head):
 
 
 def test_no_head():
-    """No sample, and no error: the collector then drops the metrics of a head that has gone."""
+    """No sample, and no error: the collector then drops the metrics of a removed head."""
     done = metrics('{"schema": 1, "tool": "xy3ctl", "verb": "show", "error": "no scanhead"}\n')
     assert (done.returncode, done.stdout, done.stderr) == (0, '', '')
 
 
 def test_file(head, tmp_path):
-    """It is replaced as a whole, and nothing else stays."""
+    """It is replaced atomically, and no other file is left."""
     path = tmp_path / 'xy3.prom'
     path.write_text('old\n')
     with open(path, encoding='ascii') as reader:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The example that jogs a machine through bCNC, at an HTTP server that answers as bCNC does."""
+"""The example that jogs a machine through bCNC, with an HTTP server that answers like bCNC."""
 
 import contextlib
 import http.server
@@ -56,7 +56,7 @@ class Clock:
 
 
 def jogger(bcnc, model='HB04'):
-    """At 1000 s, so that the machine has time for each step of a test"""
+    """Starts at 1000 s, so that the machine has time for each step of a test"""
     result = pendant_bcnc.Jogger(model, pendant_bcnc.Bcnc(bcnc.url), Clock())
     bcnc.sent.clear()
     return result
@@ -100,7 +100,7 @@ def test_no_jog_while_the_controller_is_busy(bcnc, state):
 
 
 def test_wheel_that_is_too_fast(bcnc):
-    """No more is sent than the machine does within the allowed lag."""
+    """Moves are limited to what the machine completes within the allowed lag."""
     one = jogger(bcnc)
     act(one, ('selector', 'X'), ('press', 0x0D), ('press', 0x0D))       # 1 mm, 0.06 s
     for _ in range(100):
@@ -129,7 +129,7 @@ def test_rotary(bcnc):
 @pytest.mark.parametrize('model, stop, pause', (('HB03', 0x01, 0x02), ('HB04', 0x16, 0x02),
                                                 ('WHB04B', 0x02, 0x03)))
 def test_commands(bcnc, model, stop, pause):
-    """Also while a program runs; a button that is released does nothing."""
+    """Also while a program runs; releasing a button has no effect."""
     bcnc.state = 'Run'
     one = jogger(bcnc, model)
     act(one, *((what, key) for key in (stop, pause) for what in ('press', 'release')))
@@ -137,7 +137,7 @@ def test_commands(bcnc, model, stop, pause):
 
 
 def test_no_bcnc(bcnc):
-    """An error that ends the program: it is not tried again later."""
+    """An error ends the program: it is not retried later."""
     one = jogger(bcnc)
     one.bcnc.url = 'http://127.0.0.1:1'
     act(one, ('selector', 'X'))

@@ -19,11 +19,11 @@ PACKETS = {
     'frame_errors': wire.frame_errors([1, 2, 3, 4, 5]), 'sync': wire.sync(),
     'unknown': wire.packet(0x20, b'12345'), 'empty unknown': wire.packet(0x21),
 }
-END = wire.errors([7] * 22)         # sent after a fault, to see whether it is seen
+END = wire.errors([7] * 22)         # sent after a fault, to check whether it is received
 
 
 class Ear(head.NoLine):
-    """A line that keeps what is sent on it."""
+    """A line that records the data sent."""
 
     def __init__(self, uart=None):
         self.heard = b''
@@ -41,7 +41,7 @@ class Ear(head.NoLine):
 
 
 def quiet_head(**options):
-    """A head that says nothing by itself, and its line."""
+    """A head that sends nothing by itself, and its line."""
     ear = Ear()
     return head.Head(ear, interval=0, sync_interval=0, **options), ear
 
@@ -224,12 +224,12 @@ class TestFaultModes(Case):
 
 
 class TestFaultKinds(Case):
-    """Each kind, on each of PACKETS, many times: what is sent, and what a receiver makes of it."""
+    """Each kind, on each of PACKETS, many times: the data sent, and the result of a receiver."""
 
     at = 'no row'
 
     def sent(self, kind, packet, seed):
-        """-> what is sent instead of the packet, the decoder when it has got it, the counts"""
+        """-> the data sent instead of the packet, the decoder after it, the counts"""
         one, ear = quiet_head(seed=seed)
         decoder = wire.Decoder()
         one.report('sync', 'vendor')
@@ -242,7 +242,7 @@ class TestFaultKinds(Case):
         assert counts['faults'] == {name: int(name == kind) for name in faults.KINDS}
         assert counts['receiver'] == decoder.counts()
         one.send(packet)
-        assert ear.take() == packet        # the next one is sound again
+        assert ear.take() == packet        # the next one is correct again
         return data, decoder, counts
 
     def every(self, kind):
@@ -259,7 +259,7 @@ class TestFaultKinds(Case):
         assert set(faults.KINDS) <= names
 
     def test_none(self):
-        """The control: without a fault every packet arrives."""
+        """Counterpart: without a fault all packets are received."""
         for name, packet in PACKETS.items():
             packets, decoder = decode(wire.sync() + packet + END)
             assert (len(packets), decoder.dropped, decoder.kept) == (3, 0, 0), name
@@ -324,7 +324,7 @@ class TestFaultKinds(Case):
     def test_trap(self):
         for packet, data, decoder, counts in self.every('trap'):
             assert data.endswith(packet)
-            assert (decoder.resyncs, decoder.bad_lengths) == (1, 1)    # fell, and healed
+            assert (decoder.resyncs, decoder.bad_lengths) == (1, 1)    # lost sync, and recovered
             assert decoder.syncs == 2
             assert counts['by_type']['sync'] == 1 + (packet[1] == wire.SYNC)
             self.damaged(counts, len(data) - len(packet))
@@ -345,16 +345,16 @@ class TestFaultKinds(Case):
             assert (counts['garbled_packets'], counts['garbled_bytes']) == (1, len(data))
 
     def test_sync_heals_each(self):
-        """Two syncs after a fault a receiver is back, if the fault has not opened a long packet."""
+        """Two syncs after a fault a receiver is in sync, unless the fault starts a long packet."""
         for kind in faults.KINDS:
             for packet, data, decoder, _ in self.every(kind):
-                decoder.feed(bytes(256))            # ends any packet that was opened
+                decoder.feed(bytes(256))            # ends any packet that was started
                 assert decoder.feed(wire.sync() + END)[-1] == (wire.ERRORS, END[3:])
 
 
 class TestCounts(Case):
     def check(self, one, ear):
-        """Whatever happened: the counts are what was on the wire."""
+        """The counts equal the data on the wire, with any faults."""
         counts = one.counts()
         assert counts['bytes'] == len(ear.heard)
         assert counts['bytes'] == counts['packet_bytes'] + counts['damaged_bytes'] + \

@@ -20,7 +20,7 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)),
 
 from xy3_head_sim import head, line, simulator, wire  # noqa: E402 (the path has to be set first)
 
-LIMIT = 20                  # seconds, for anything that is expected to happen
+LIMIT = 20                  # timeout in seconds for expected events
 
 
 def quiet_head(**options):
@@ -28,7 +28,7 @@ def quiet_head(**options):
 
 
 class Listener(threading.Thread):
-    """Reads a file descriptor until it ends or enough has come."""
+    """Reads a file descriptor until its end or until enough was received."""
 
     def __init__(self, fd, enough):
         super().__init__(daemon=True)
@@ -64,7 +64,7 @@ class Case(case.Case):
                                    self.said.append((event, *members.values())))
 
     def counts_match(self, one, decoder):
-        """What has arrived is what the head has counted."""
+        """The received data equal the counts of the head."""
         counts = one.counts()
         assert decoder.counts() == counts['receiver']
         assert (counts['queued'], counts['unsent']) == (0, 0)
@@ -96,7 +96,7 @@ class TestPty(Case):
         termios.tcsetattr(slave, termios.TCSANOW, modes)
 
     def read(self, slave):
-        """As many bytes as the head has sent since the last time, and what there is beyond."""
+        """The number of bytes that the head has sent since the last call, and any others."""
         data, wanted = b'', self.head.counts()['bytes'] - self.taken
         while len(data) < wanted and select.select([slave], [], [], LIMIT)[0]:
             data += os.read(slave, 4095)
@@ -171,7 +171,7 @@ class TestPty(Case):
         os.close(slave)
 
     def test_opened_again(self):
-        """The next one hears nothing of what the last one did not read."""
+        """The next one receives no data that the previous one has not read."""
         for number in range(3):
             slave = self.open()
             self.head.report('sync', 'vendor')
@@ -201,7 +201,7 @@ class TestPty(Case):
         slave = self.open()
         modes = termios.tcgetattr(slave)
         assert (modes[0], modes[3]) == (0, 0)
-        assert modes[4] == termios.B57600      # but stty before cat has its effect
+        assert modes[4] == termios.B57600      # but stty before cat is effective
         os.close(slave)
 
     def test_stream_to_a_slow_reader(self):
@@ -220,7 +220,7 @@ class TestPty(Case):
         with pytest.raises(line.LineError, match='disconnected during the stream'):
             self.simulator.stream(packets=10_000_000, timeout=LIMIT)
         assert self.head.counts()['unsent'] > 0
-        assert self.head.counts()['unheard_packets'] < 100     # it stopped at once
+        assert self.head.counts()['unheard_packets'] < 100     # the stream stopped at once
         slave = self.open()
         self.head.report('vendor')
         assert self.read(slave) == wire.vendor('Virtual')
@@ -266,7 +266,7 @@ class TestSockets(Case):
                 server = line.Server(address)
                 sim = self.simulate(one, server)
                 family, place = line._parse_address(server.name)
-                for number in range(2):             # it takes one after another
+                for number in range(2):             # it accepts one after another
                     with socket.socket(family) as peer:
                         peer.connect(place)
                         sim.wait_open(LIMIT)
@@ -293,7 +293,7 @@ class TestSockets(Case):
     def test_client(self):
         with socket.socket(socket.AF_UNIX) as listener:
             listener.bind(self.unix()[5:])
-            threading.Timer(0.2, listener.listen).start()       # it waits for us
+            threading.Timer(0.2, listener.listen).start()       # the client retries
             client = line.Client(self.unix(), wait=LIMIT)
             one = quiet_head()
             sim = self.simulate(one, client)
@@ -330,7 +330,7 @@ class TestSockets(Case):
             line.check_address(text)
 
     def test_queue(self):
-        """A reader that comes late gets every byte, in order."""
+        """A reader that starts late receives all bytes, in order."""
         ours, theirs = self.pair()
         ours.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4096)
         one = quiet_head()
@@ -360,7 +360,7 @@ class TestSockets(Case):
         began = time.monotonic()
         for _ in range(30):
             one.debug('x' * 189)
-        # 5760 bytes a second, a tenth of it in advance
+        # 5760 bytes per second, a tenth of it in advance
         reader = Listener(theirs.fileno(), 5760)
         sim.flush(LIMIT)
         assert time.monotonic() - began > 0.85
@@ -368,7 +368,7 @@ class TestSockets(Case):
         assert len(reader.data) == 5760
 
     def test_the_loop_sleeps(self):
-        """Nothing to do costs nothing, whatever state the line is in."""
+        """An idle loop uses no CPU time, in any state of the line."""
         ours, _ = self.pair()
         a_pty, server = line.Pty(), line.Server(self.unix())
         slave = os.open(a_pty.name, os.O_RDWR | os.O_NOCTTY)
@@ -404,7 +404,7 @@ class TestFiles(Case):
     def test_fifo(self):
         os.mkfifo(self.path())
         with pytest.raises(line.LineError, match='No such device'):
-            line.File(self.path())                  # nobody reads it
+            line.File(self.path())                  # there is no reader
         reader = os.open(self.path(), os.O_RDONLY | os.O_NONBLOCK)
         sim = self.simulate(quiet_head(), line.File(self.path()))
         sim.head.report('vendor')
@@ -414,7 +414,7 @@ class TestFiles(Case):
             sim.run(timeout=LIMIT)
 
     def test_tty(self):
-        """A tty follows the head's rate, so that a wrong rate is one."""
+        """A tty is set to the rate of the head, so that wrong rates are effective."""
         master, slave = os.openpty()
         self.add_cleanup(os.close, master)
         self.add_cleanup(os.close, slave)

@@ -28,7 +28,7 @@ from xy3_head_sim.script import COMMANDS, Failure, Runner, ScriptError  # noqa: 
 from xy3_head_sim.simulator import Simulator  # noqa: E402
 
 PROGRAM = [sys.executable, '-B', os.path.join(PRODUCT, 'xy3-head-sim')]
-LIMIT = 20                  # seconds, for anything that is expected to happen
+LIMIT = 20                  # timeout in seconds for expected events
 
 
 class TestScripts(Case):
@@ -47,7 +47,7 @@ class TestScripts(Case):
                              self.said.append((event, members)), timeout=0.2)
 
     def run_text(self, *lines):
-        """-> what was sent"""
+        """-> the data sent"""
         for number, text in enumerate(lines, 1):
             step = self.runner.parse(text, 'script:%d' % number)
             if step is not None and not self.runner.run(step):
@@ -278,7 +278,7 @@ class TestCommandLine(Case):
 
 
 class TestProgram(Case):
-    """The program as a process of its own."""
+    """The program as a separate process."""
 
     def start(self, *arguments):
         process = subprocess.Popen([*PROGRAM, *arguments], stdin=subprocess.PIPE,
@@ -397,7 +397,7 @@ class TestProgram(Case):
 
 
 class TestManual(Case):
-    """The manual page says what --help says."""
+    """The manual page agrees with --help."""
 
     @classmethod
     def setup_class(cls):

@@ -14,7 +14,7 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)),
 from xy3_head_sim import wire  # noqa: E402 (the path has to be set first)
 
 SYNC = bytes.fromhex('484100')
-# type, shortest, longest, step of its length
+# type, minimum, maximum and step of its length
 LENGTHS = (
     ('vendor', 0x01, 3, 200, 1), ('model', 0x02, 3, 200, 1), ('firmware', 0x03, 3, 200, 1),
     ('serial', 0x04, 3, 200, 1), ('temperatures', 0x05, 2, 44, 2),
@@ -125,8 +125,7 @@ class TestFrames(case.Case):
                 call()
 
 
-# Bytes from the start, and what must come of them: packets, dropped, kept, bad lengths, resyncs,
-# in sync.
+# Bytes from the start, and the expected packets, dropped, kept, bad lengths, resyncs, in sync.
 ROWS = (
     ('nothing', '', [], 0, 0, 0, 0, False),
     ('sync and the next start', '48 41 00 48', ['41'], 0, 1, 0, 0, True),
@@ -235,7 +234,7 @@ class TestDecoding(case.Case):
         assert (decoder.resyncs, decoder.in_sync, decoder.syncs) == (0, True, 2)
 
     def test_random_streams(self):
-        """The invariant, and the same outcome in whatever pieces the bytes come."""
+        """The invariant, and the same result for all ways to split the bytes."""
         rng = random.Random(3)
         for number in range(3000):
             data = b''.join(rng.choice((

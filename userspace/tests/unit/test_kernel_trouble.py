@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The list of what is trouble in a kernel's log: each entry finds its planted line."""
+"""The list of signs of trouble in a kernel log: each entry finds its planted line."""
 
 import re
 
@@ -27,7 +27,7 @@ def test_harmless(line):
 
 
 def test_no_kernel_line():
-    """A program's output on the same console is not the kernel's."""
+    """Output of programs on the same console is not that of the kernel."""
     assert not trouble('BUG: of a program\nok test_WARNING: \n')
 
 

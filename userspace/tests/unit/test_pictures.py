@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The pictures of the first page are those that the script makes."""
+"""The pictures in README.md are those that the script creates."""
 
 import os
 import subprocess
@@ -19,7 +19,7 @@ import pictures  # noqa: E402 (needs the path)
 
 @pytest.mark.parametrize('name', NAMES)
 def test_as_the_script_makes_it(name, tmp_path):
-    """Pixel by pixel: another zlib may pack them in another way."""
+    """Compares pixels: the compressed data depend on the version of zlib."""
     subprocess.run([sys.executable, '-B', SCRIPT, str(tmp_path)], check=True)
     shown = '%s/%s.png' % (FOLDER, name)
     assert png.read('%s/%s' % (TOP, shown)) == png.read('%s/%s.png' % (tmp_path, name))
@@ -35,7 +35,7 @@ def test_letters_differ():
 
 
 def test_lcd_dot_by_dot():
-    """A letter is where its text has it, and upright."""
+    """A letter is at its position in the text, and upright."""
     rows = pictures.lcd(['  ', ' F'])
     at = [(x, y) for y, row in enumerate(rows) for x, dot in enumerate(row) if dot == pictures.ON]
     left, top = pictures.MARGIN + 6, pictures.MARGIN + 9

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Unit tests of xhc-sim, its two buses: USB through vhci_hcd, and uhid. No kernel is asked."""
+"""Unit tests of the two buses of xhc-sim: USB through vhci_hcd, and uhid, without a kernel."""
 
 import errno
 import os
@@ -14,11 +14,11 @@ from busless_pendant import HB04, chunks, frame
 from case import Case
 from xhc_sim import models, pendant, uhid, usb
 
-LIMIT = 20                  # seconds, for anything that is expected to happen
+LIMIT = 20                  # timeout in seconds for expected events
 
 
 class FakeKernel(usb.UsbPendant):
-    """UsbPendant whose port is a socket in the test's hand."""
+    """UsbPendant whose port is a socket of the test."""
 
     def plug(self, timeout=5.0):
         self.host, theirs = socket.socketpair()
@@ -151,7 +151,7 @@ class TestUsb(Case):
         self.chunk(34)
         self.pendant.unlink(35, 34)
         assert self.pendant.answer()[:2] == (4, 35)
-        self.chunk(36)                  # as slow, and behind it
+        self.chunk(36)                  # equally slow, and after it
         assert self.pendant.answer()[:3] == (3, 36, 0)
 
     def test_cable_cut_in_mid_transfer(self):

@@ -21,7 +21,7 @@ from busless_pendant import HB03, HB04, PRODUCT, Bench, frame
 from xhc_sim import VERSION, cli, pendant, terminal
 from xhc_sim.script import COMMANDS, EXPECT_FIELDS, Failure, Runner, ScriptError
 
-LIMIT = 20                  # seconds, for anything that is expected to happen
+LIMIT = 20                  # timeout in seconds for expected events
 
 
 class TestScripts(Case):
@@ -248,7 +248,7 @@ class TestScreen(Case):
     def test_run_until_q(self):
         thread = threading.Thread(target=self.terminal.run, daemon=True)
         thread.start()
-        text = os.read(self.master, 1)      # raw mode throws away what was typed before it
+        text = os.read(self.master, 1)      # raw mode drops earlier input
         os.write(self.master, b'\x1b[C')
         self.bench.send(frame(HB04, [(135, 1700)] + [(0, 0)] * 5))
         os.write(self.master, b'q')
@@ -262,7 +262,7 @@ class TestScreen(Case):
 
 
 class TestManual(Case):
-    """The manual page says what --help says."""
+    """The manual page agrees with --help."""
 
     @classmethod
     def setup_class(cls):

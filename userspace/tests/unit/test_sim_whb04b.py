@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Unit tests of xhc-sim's WHB04B: its reports, its display frame, its LCD, its two buses.
 
-CAPTURES are reports of real units. FRAMES are what a program that runs with real units sends.
+CAPTURES are reports of real units. FRAMES are sent by a program that works with real units.
 """
 
 import errno
@@ -17,7 +17,7 @@ from busless_pendant import HB04, WHB04B, Bench, chunks, whb04b_frame
 from case import Case, row
 from xhc_sim import find, lcd, models, pendant, uhid, usb, whb04b
 
-LIMIT = 20                  # seconds, for anything that is expected to happen
+LIMIT = 20                  # timeout in seconds for expected events
 
 CAPTURES = ['04 ba 00 00 0e 11 00 ba', '04 82 01 00 0e 12 00 81', '04 9d 00 00 0e 12 01 9c',
             '04 47 03 00 10 12 00 45', '04 10 00 00 1b 11 00 10']       # after frames with seed FEh
@@ -122,7 +122,7 @@ class TestReports(Case):
         seen = [self.pendant.report()[1] for _ in range(256)]
         assert sorted(seen) == list(range(256))
         assert [seen.index(value) for value in range(3)] != [0, 1, 2]
-        other = Bench('WHB04B').pendant         # the same from run to run
+        other = Bench('WHB04B').pendant         # the same in each run
         assert [other.report()[1] for _ in range(256)] == seen
 
     def test_r_can_be_set(self):
@@ -152,7 +152,7 @@ class TestReports(Case):
             self.bench.turn_feed(code)
             assert self.last()[4] == code
         self.bench.turn(1)
-        assert self.last()[4] == 0x1B           # stays
+        assert self.last()[4] == 0x1B           # unchanged
 
     @pytest.mark.parametrize('lead', [0x1C, 0x9B])
     def test_lead_by_unit(self, lead):
@@ -179,7 +179,7 @@ class TestReports(Case):
     def test_check_byte_for_all_seeds(self):
         for seed in range(256):
             for r in range(256):
-                assert whb04b.check_byte(r, 0, seed) == r & seed        # what it comes to
+                assert whb04b.check_byte(r, 0, seed) == r & seed        # simplified
                 for key in (*range(0x12), 0x7F, 0x80, 0xFF):
                     assert whb04b.check_byte(r, key, seed) == check(r, key, seed)
 
@@ -280,7 +280,7 @@ class TestStream(Case):
         self.add_cleanup(self.bench.unplug)
 
     def more(self, count=5):
-        """-> reports that come without a hand"""
+        """-> reports sent without operation"""
         start = len(self.bench.reports)
         assert find.wait(lambda: len(self.bench.reports) >= start + count, LIMIT)
         return self.bench.reports[start:]
@@ -423,7 +423,7 @@ class TestFrames(Case):
             whb04b.Picture(WHB04B, whb04b_frame()[:20])
 
     def test_a_frame_of_the_other_models_is_not_one(self):
-        """Its first three chunks are taken for a frame, and the others belong to none."""
+        """Its first three chunks are treated as a frame, and the others are stray."""
         bench = Bench('WHB04B')
         bench.send(bytes([0xFE, 0xFD, 22]).ljust(42, b'\0'))
         assert (bench.frame_count, bench.assembler.stray) == (1, 3)
@@ -431,7 +431,7 @@ class TestFrames(Case):
 
 
 class TestLcd(Case):
-    """What is seen on the LCD."""
+    """The contents of the LCD."""
 
     def set_up(self):
         self.bench = Bench('WHB04B')
@@ -509,7 +509,7 @@ class TestLcd(Case):
         self.bench.select(0x06)
         assert self.text() == before
         assert self.show(rows=[(2, 0)] * 3) == before
-        assert self.bench.lcd.coordinates['row1'] == '2.0000'       # it was taken
+        assert self.bench.lcd.coordinates['row1'] == '2.0000'       # it was received
         assert self.bench.seen.coordinates['row1'] == '1.0000'
         self.bench.turn_feed(0x10)
         assert self.text() == before
@@ -560,7 +560,7 @@ class TestBuses(Case):
         assert event[280:280 + 46] == WHB04B.report_descriptor
 
     def turn_to_x_and_again(self, device, wait_for_stream):
-        """What plug() has to see to: the seed after power-on, and the stream."""
+        """Duties of plug(): the seed after power-on, and the stream."""
         for _ in range(2):
             device.pendant.seed = 0xFE
             device.plug()
@@ -573,7 +573,7 @@ class TestBuses(Case):
             assert not device._streamer.is_alive()
 
     def test_stream_on_usb(self, monkeypatch, tmp_path):
-        """As if the kernel had taken the socket, and asked for one report after another."""
+        """As if the kernel had accepted the socket, and requested one report after another."""
         (tmp_path / 'attach').touch()
         monkeypatch.setattr(usb, 'VHCI', str(tmp_path))
         device = usb.UsbPendant('WHB04B')
@@ -597,7 +597,7 @@ class TestBuses(Case):
         self.turn_to_x_and_again(device, wait_for_stream)
 
     def test_stream_on_uhid(self, monkeypatch, tmp_path):
-        """A pipe for /dev/uhid gives back what is written into it."""
+        """A pipe instead of /dev/uhid returns the data written to it."""
         monkeypatch.setattr(uhid, 'UHID', str(tmp_path / 'uhid'))
         os.mkfifo(uhid.UHID)
         device = uhid.UhidPendant('WHB04B')

@@ -28,7 +28,7 @@ class TestScripts(Case):
         self.runner.run(self.runner.parse(text))
 
     def fields(self):
-        """Of all reports: keys, second rotary, axis, wheel."""
+        """Fields of all reports: keys, second rotary, axis, wheel."""
         return [report[2:7].hex() for report in self.bench.reports]
 
     def test_hands(self):
@@ -54,7 +54,7 @@ class TestScripts(Case):
         assert self.fields() == ['0000000000', '0000000000', '00000d0600']
 
     def test_out_of_range(self):
-        """The receiver takes frames, and has nothing to say: also no report of sleep."""
+        """The receiver accepts frames, and sends nothing, not even the sleep report."""
         self.run_text('select x\nradio off')
         self.bench.reports.clear()
         self.bench.send(whb04b_frame(((7, 0), (0, 0), (0, 0)), flags=1))
@@ -63,7 +63,7 @@ class TestScripts(Case):
         assert self.bench.seen is None
         self.run_text('radio on\nwheel 1')
         assert self.fields() == ['00000d1101']
-        assert self.bench.seen is None          # what it has missed it does not get by itself
+        assert self.bench.seen is None          # lost frames are not sent again
         self.bench.send(whb04b_frame(((8, 0), (0, 0), (0, 0)), flags=1))
         self.run_text('expect row1 8')
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Manual pages and completions of the tools: made from --help, so what --help says is in them, and
-the shells take them.
+"""Manual pages and completions of the tools: they contain all of --help, from which they are made,
+and the shells accept them.
 """
 
 import os
@@ -20,7 +20,7 @@ def output(*words, **options):
 
 
 class Tool(case.Case):
-    """The cases, for each of the two"""
+    """The cases for each of the two tools"""
     name = None
 
     @classmethod
@@ -76,7 +76,7 @@ class Tool(case.Case):
             assert titles.count(title) == 1, title
 
     def test_examples_have_their_lines(self):
-        """Each line that --help has indented is a line of the page."""
+        """Each indented line of --help is a line of the page."""
         page = self.page()
         examples = page[page.index('\nEXAMPLES\n'):page.index('\nSEE ALSO\n')]
         lines = [' '.join(line.split()) for line in examples.splitlines()]
@@ -86,7 +86,7 @@ class Tool(case.Case):
                           env={**os.environ, 'ARGP_HELP_FMT': 'rmargin=200'})
             for line in re.findall(r'(?m)^  ((?:sudo )?%s .*)$' % self.name, text):
                 assert ' '.join(line.split()) in lines, line
-                # one that is typed as it is: what is no part of it is a comment
+                # a command to be typed as it is: anything else is a comment
                 assert '   ' not in line.partition('#')[0].strip(), line
                 found += 1
         assert found > 3
@@ -94,7 +94,7 @@ class Tool(case.Case):
     # --- bash ---
 
     def complete(self, *words, path=None):
-        """-> what bash offers for the last word; path: where it finds the tool"""
+        """-> completions of bash for the last word; path: the folder of the tool"""
         script = ('PATH=%s:$PATH; . %s; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _%s; '
                   'printf "%%s\\n" "${COMPREPLY[@]}"'
                   % (path or self.dir, self.at('bash', self.name), self.name))
@@ -142,7 +142,7 @@ class TestXhcctl(Tool):
             del os.environ['XHC_LAYOUTS']
 
     def test_bash_offers_the_fields_of_the_pendant(self):
-        """Those that show has, which are the model's"""
+        """The fields of show, those of the model"""
         folder = tempfile.TemporaryDirectory()
         self.add_cleanup(folder.cleanup)
         fake = os.path.join(folder.name, 'xhcctl')

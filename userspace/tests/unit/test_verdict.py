@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The verdict against results written by hand: what no kernel can be made to leave on purpose."""
+"""The verdict on artificial results, which a kernel does not produce on purpose."""
 import contextlib
 import io
 import tempfile
@@ -67,7 +67,7 @@ class TestVerdict(Case):
         assert counts == (3, 0), said
 
     def test_plain_kernel(self):
-        """It has neither lockdep nor kmemleak; all else counts."""
+        """It has neither lockdep nor kmemleak; all other checks apply."""
         for name in ('lockdep', 'kmemleak'):
             (self.out / name).unlink()
         counts, said = self.judge(plain=True)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Unit tests of xhcctl without a pendant: words on the command line, layouts, recordings.
+"""Unit tests of xhcctl without a pendant: command line, layouts, recordings.
 
 It is built here, with AddressSanitizer and UBSan.
 """
@@ -68,7 +68,7 @@ class TestWords(Case):
                 assert result.out == run(verb, '--help').out
 
     def test_messages_begin_with_the_name_alone(self):
-        """Not with the path that the tool was started by"""
+        """Without the path by which the tool was started"""
         for words in (['-x'], ['list', '-x'], ['set', 'x'], ['nosuch']):
             with case.row(words):
                 assert run(*words).err.startswith('xhcctl'), run(*words).err
@@ -136,7 +136,7 @@ class TestLayouts(Case):
                              models.MODELS[model].keys
 
     def test_captions_with_fn(self):
-        """All but Fn itself have one, and no two of them are the same."""
+        """All keys except Fn have one, and each one is unique."""
         keys = run('layout', 'whb04b', '--json').json()[0]['keys']
         fn = {key['scan']: key['fn'] for key in keys}
         assert fn.pop(0x0c) is None
@@ -163,7 +163,7 @@ class TestLayouts(Case):
             assert keys['KEYBOARD_KEY_%02x' % scan] == 'btn_trigger_happy%d' % scan
 
     def test_a_key_that_stops_the_computer_is_refused(self):
-        """That no shipped layout has one: lint/facts"""
+        """lint/facts checks that no shipped layout has one"""
         for key, reason in (
                 ('KEY_POWER', 'KEY_POWER would switch the computer off'),
                 ('KEY_POWER2', 'KEY_POWER2 would switch the computer off'),
@@ -186,7 +186,7 @@ class TestLayouts(Case):
                 assert not os.path.exists(os.path.join(self.folder, HWDB))
 
     def test_entry_is_as_udev_wants_it(self):
-        """Every property behind one blank, every match at the beginning of its line."""
+        """Each property after one blank, each match at the start of its line."""
         for name in ('hb03', 'hb04-16', 'hb04-18', 'whb04b'):
             for line in run('layout', name).out.splitlines():
                 assert re.search(
@@ -217,7 +217,7 @@ class TestLayouts(Case):
                 assert file.read() == run('layout', name).out
             assert stat.S_IMODE(os.stat(path).st_mode) == 0o644
             assert os.listdir(os.path.dirname(path)) == [os.path.basename(path)]
-        for _ in range(2):              # also when there is none
+        for _ in range(2):              # also if there is none
             self.assert_says(run('layout', 'default', '-w', '-r', self.folder), OK, 'plugged in')
             self.assert_says(run('layout', 'hb03', '-cw', '-r', self.folder), OK, 'plugged in')
             self.assert_says(run('layout', 'default', '-w', '-r', self.folder), OK, 'plugged in')
@@ -282,7 +282,7 @@ class TestLayouts(Case):
                              '/plain.layout:3: ')
 
     def test_a_folder_that_is_none(self):
-        """It is named, and layouts that are found elsewhere are no worse for it."""
+        """It is named, and layouts found elsewhere are not affected."""
         for folder in ('/dev/null', self.folder + '/file'):
             self.file('file', '')
             result = run('layout', env=environment(XHC_LAYOUTS=folder))
@@ -363,7 +363,7 @@ class TestRecordings(Case):
         assert self.check(whole, '-j').json()[0]['reports'] == 99
 
     def test_noise(self):
-        """Whatever is done to a file: taken, or refused with the number of a line of it."""
+        """Any mutation of a file is accepted, or refused with the number of one of its lines."""
         chance = random.Random(5)
         good = (HEAD + REPORTS * 2).encode()
         for turn in range(150):

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""xhcctl with pendants of a made-up /sys: list, show and set, for each model by its row.
+"""xhcctl with pendants in an artificial /sys: list, show and set, for each model by its row.
 
-The tool runs in a mount namespace in which that tree is /sys. Its files take everything, so what
-the driver refuses is tested with the driver, in tools/test_xhcctl*.py.
+The tool runs in a mount namespace in which that tree is /sys. Its files accept all writes:
+refusals of the driver are tested in tools/test_xhcctl*.py.
 """
 
 import os
@@ -65,7 +65,7 @@ class TestPlanted(case.Case):
         group, = ([SHOWN[model][number] for number in range(len(dro[name].split()))]
                   for name in ('position', 'rows') if name in dro) if SHOWN[model] else [[]]
         for attribute in group:
-            self.write('%s/dro/%s' % (path, attribute), '?')    # read in one, not one by one
+            self.write('%s/dro/%s' % (path, attribute), '?')    # read together, not one by one
         os.makedirs(self.sys + '/bus/hid/drivers/hid-xhc', exist_ok=True)
         os.makedirs(self.sys + '/bus/hid/devices', exist_ok=True)
         os.symlink('../../bus/hid', path + '/subsystem')
@@ -74,7 +74,7 @@ class TestPlanted(case.Case):
         return path
 
     def run(self, *words):
-        """libudev would refuse a /sys that is no sysfs."""
+        """libudev would refuse a /sys that is not a sysfs."""
         script = 'mount --bind "$0" /sys && exec "$@"'
         path, xhcctl.path = xhcctl.path, '/usr/bin/unshare'
         try:
@@ -84,7 +84,7 @@ class TestPlanted(case.Case):
             xhcctl.path = path
 
     def read(self, path, attribute):
-        """What was planted or written; what was longer before, still is: these are plain files"""
+        """Contents planted or written; in these plain files longer old text is not truncated"""
         with open('%s/dro/%s' % (path, attribute), encoding='ascii') as file:
             return file.read()
 
@@ -111,7 +111,7 @@ class TestPlanted(case.Case):
             assert (pendant['model'], pendant['layout']) == (model, None)
 
     def test_show(self):
-        """The fields of the model in its order, and no others."""
+        """Exactly the fields of the model, in its order."""
         for model, names in SHOWN.items():
             with case.row(model):
                 path = self.plant(model)
@@ -195,7 +195,7 @@ class TestPlanted(case.Case):
                         assert self.read(path, name) == PLANTED[model][1][name] + '\n'
 
     def test_one_that_does_not_answer(self):
-        """An attribute that is missing is an error with its name's pendant, not an empty value."""
+        """A missing attribute is an error that names the pendant, not an empty value."""
         path = self.plant('WHB04B')
         os.unlink(path + '/dro/mode')
         result = self.run('show')

@@ -18,7 +18,7 @@ def setup_module():
 
 
 def assert_status(status, *words, says='', tool=xy3ctl):
-    """It ends so, with such a message on standard error, and nothing on standard output."""
+    """It exits with this status, such a message on standard error, and no output."""
     with case.row(*words):
         found, output, errors = tool.run(*words)
         assert (found, output) == (status, ''), errors
@@ -74,7 +74,7 @@ def test_no_serial_port():
 
 @pytest.fixture
 def capture(tmp_path):
-    """capture(data) -> the name of a file that has them"""
+    """capture(data) -> the name of a file with these data"""
     def write(data):
         path = tmp_path / 'capture'
         path.write_bytes(data)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""xy3ctl with a scanhead of a made-up /sys: what it takes for a number, and files of scans."""
+"""xy3ctl with a scanhead in an artificial /sys: the format of numbers, and files of scans."""
 
 import os
 import re
@@ -20,12 +20,12 @@ class Case(case.Case):
         self.head.plant()
 
     def run(self, *words, text=''):
-        """-> status, output, errors; and what was streamed begins anew"""
+        """-> status, output, errors; resets the record of streamed data"""
         self.head.forget()
         return self.head.xy3ctl.run(*words, text=text)
 
     def refused(self, status, *words, says='', text=''):
-        """It ends with this status and such a message, and has sent nothing."""
+        """It exits with this status and such a message, and has sent nothing."""
         found, output, errors = self.run(*words, text=text)
         assert (found, output) == (status, ''), errors
         assert re.search(says, errors), errors
@@ -34,7 +34,7 @@ class Case(case.Case):
 
 
 class TestNumbers(Case):
-    """One idea of a number: decimal digits with a point, and nothing else before or behind."""
+    """One format of numbers: decimal digits with a point, and nothing before or after it."""
 
     NONE = ('', ' ', 'x', '5x', ' 5', '5 ', '0,5', '1,5', '1.5.', '.', '-', '+', '--1', 'nan',
             'inf', '-inf', '0x', '1e', '0x1p3', '5\n')
@@ -101,20 +101,20 @@ class TestNumbers(Case):
             self.goes('-u', 'x=' + text, raw=raw)
 
     def goes(self, *words, raw):
-        """X goes to a code, by one scan; it is there already, as nothing moves here."""
+        """X moves to a code, with one scan; it is there already, as nothing moves here."""
         self.head.write(self.head.iio + '/out_angl0_raw', raw)
         assert self.run('goto', *words) == (OK, '', '')
         assert self.head.scans() == [(int(raw), MIDDLE, MIDDLE)]
 
     def test_goto_that_is_not_sent(self):
-        """The controller's error comes behind the write: the position is not reached."""
+        """The controller reports an error after the write: the position is not reached."""
         status, _, errors = self.run('goto', 'x=5')
         assert status == FAILURE
         assert 'has not sent the position' in errors
         assert self.head.read('buffer/enable') == '0\n'
 
     def test_a_long_interval(self):
-        """poll() waits for an int of milliseconds: the time-out comes first all the same."""
+        """poll() waits for an int of milliseconds: the timeout still expires first."""
         for interval in ('3000000', '1e9', '1000000000'):
             status, output, errors = self.run('watch', '--interval', interval, '--timeout', '0.2')
             assert (status, errors) == (OK, '')
@@ -122,7 +122,7 @@ class TestNumbers(Case):
 
 
 class TestMessages(Case):
-    """They name what was typed, and what is missing."""
+    """They contain the argument given, and what is missing."""
 
     def test_usage(self):
         for words, says in (((), 'missing verb'), (('fly',), "unknown verb 'fly'"),
@@ -145,7 +145,7 @@ class TestMessages(Case):
 
 class TestJson(Case):
     def test_seconds(self):
-        """In milliseconds, without digits that a double only has in binary"""
+        """In milliseconds, without the digits of binary rounding"""
         for words, name in ((('stream', 'circle', '--points=9'), 'seconds'),
                             (('watch', '--count=1'), 'time')):
             status, output, errors = self.run(*words, '--json')
@@ -155,12 +155,12 @@ class TestJson(Case):
 
 
 class TestFiles(Case):
-    """A file of numbers: what is not sure is refused, and nothing is sent then."""
+    """A file of numbers: ambiguous values are refused, and nothing is sent then."""
 
     HALF, QUARTER = round(0.75 * TOP), round(0.625 * TOP)
 
     def sent(self, text, *options):
-        """-> the scans of a file"""
+        """-> the scans sent for a file"""
         status, _, errors = self.run('stream', '-', *options, text=text)
         assert (status, errors) == (OK, '')
         return self.head.scans()
@@ -202,7 +202,7 @@ class TestFiles(Case):
                 self.refused_file(text, '--codes', says=says)
 
     def refused_file(self, text, *options, says):
-        """A file and a pipe are refused alike, this early; a file before the stream is begun."""
+        """A file and a pipe are both refused this early; a file before the stream starts."""
         data = text.encode()
         self.head.write(self.head.iio + '/buffer/enable', '0')
         with open(self.head.folder + '/scans', 'wb') as file:
@@ -214,7 +214,7 @@ class TestFiles(Case):
         assert status == FAILURE and re.search(says, errors), errors
 
     def test_late_errors(self):
-        """Of a file nothing is sent; of a pipe all that was before the line that is wrong."""
+        """Of a file nothing is sent; of a pipe all scans before the invalid line."""
         good = ['%d 7' % i for i in range(1500)]
         for options, data, says in (
                 (('--codes',), '\n'.join(good + ['oops']).encode(), "line 1501: 'oops' is not"),
@@ -234,7 +234,7 @@ class TestFiles(Case):
         assert self.head.scans() == [(i, 7, MIDDLE) for i in range(1500)]
 
     def test_the_rest_of_a_file(self):
-        """Standard input that is a file is read from where it stands."""
+        """If standard input is a file it is read from its current offset."""
         with open(self.head.folder + '/scans', 'w', encoding='ascii') as file:
             file.write('wrong\n1 2\n3 4\n')
         with open(self.head.folder + '/scans', 'rb', buffering=0) as file:
@@ -284,11 +284,11 @@ class TestShow(Case):
 
 
 class TestInterrupted(Case):
-    """A stream that is interrupted is aborted: what the driver still has is not drawn."""
+    """An interrupted stream is aborted: scans queued in the driver are dropped."""
 
     def interrupt(self, number):
-        """-> how it ended, after its first scans were read out of what takes no more of them; and
-        the bytes of all that were written
+        """-> its result, after its first scans were read from a device that accepts no more; and
+        the bytes of all scans written
         """
         os.unlink(self.head.node)
         os.mkfifo(self.head.node)
@@ -310,11 +310,11 @@ class TestInterrupted(Case):
                 assert self.head.read('abort') == '1'
                 assert self.head.read('buffer/enable') == '0\n'
                 document, = self.head.xy3ctl.documents(output)
-                # none, as the driver's counter of scans has not moved
+                # none, as the driver's counter of scans has not changed
                 assert document['scans'] == 0
 
     def test_without_counters(self):
-        """Which only root can read: of what was written that was sent which did not wait."""
+        """Only root can read the counter: scans sent are those written that are not queued."""
         shutil.rmtree(self.head.counters)
         self.head.write(self.head.iio + '/buffer/data_available', '60')
         found, output, errors, size = self.interrupt(signal.SIGINT)
@@ -323,7 +323,7 @@ class TestInterrupted(Case):
         assert document['scans'] == size // 12 - 60
 
     def test_not_aborted(self):
-        """One that comes to its end, or to an error, sends what was taken."""
+        """A stream that reaches its end, or an error, sends the accepted scans."""
         self.run('stream', 'circle')
         assert self.head.read('abort') == '\n'
         self.run('stream', '-', text='0 0\nx\n')
@@ -332,7 +332,7 @@ class TestInterrupted(Case):
 
 
 class TestPath(Case):
-    """Vertices with jumps, at 100 000 scans/s; half of the field is a unit"""
+    """Vertices with jumps, at 100 000 scans/s; the unit is half of the field"""
 
     gate = True
     SPEEDS = ('--jump-speed=50000', '--mark-speed=25000')
@@ -358,7 +358,7 @@ class TestPath(Case):
         end = [(.5, 0, 0)] + [(1, 0, 0)] * 3
         options = (*self.SPEEDS, '--jump-delay=20', '--mark-delay=30')
         assert self.drawn(*options) == jumped + marked + [(0, 0, 0)] * 3 + end
-        # the fall of the gate, as a laser that is late requires it
+        # the fall of the gate, as required for a laser with a delay
         assert self.drawn(*options, '--gate-off-delay=20') == \
             jumped + marked + [(0, 0, 1)] * 2 + [(0, 0, 0)] + end + [(1, 0, 0)] * 2
 
@@ -375,7 +375,7 @@ class TestPath(Case):
         assert [scan for scan in scans[1:] if not scan[2]] == []
 
     def test_late_error(self):
-        """What comes before the vertex that is wrong is drawn, when it comes out of a pipe."""
+        """From a pipe, vertices before the invalid one are drawn."""
         status, _, errors = self.run('stream', '-', *self.SPEEDS, text=self.VERTICES + 'x\n')
         assert status == FAILURE
         assert errors.count('line 5') == 1
@@ -399,7 +399,7 @@ class TestPathWithoutGate(Case):
 
 class TestHelp(Case):
     def test_examples_of_motions_work(self):
-        """As they are in --help, of the tool and of the verb"""
+        """Exactly as in --help of the tool and of the verb"""
         found = set()
         for words in (('--help',), ('goto', '--help'), ('stream', '--help')):
             text = self.run(*words)[1]
@@ -408,7 +408,7 @@ class TestHelp(Case):
         for line in found:
             with case.row(line):
                 status, _, errors = self.run(*line.split())
-                if line.startswith('goto'):     # nothing moves here, unless it is made to
+                if line.startswith('goto'):     # nothing moves here, except on request
                     for axis, code in enumerate(self.head.scans()[0]):
                         self.head.write('%s/out_angl%d_raw' % (self.head.iio, axis), str(code))
                     status, _, errors = self.run(*line.split())
