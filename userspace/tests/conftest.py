@@ -10,7 +10,7 @@ import pathlib
 
 import pytest
 
-SLOW = 10               # seconds from which on a test's time is printed
+SLOW = 10               # the time of tests that take longer is printed, in seconds
 
 
 def test_name(nodeid):
@@ -21,7 +21,7 @@ def test_name(nodeid):
 
 
 def why_not(report):
-    """Why a report of one phase of a test is no success, in one line; None if it is."""
+    """The reason why a phase of a test failed, in one line; None on success."""
     if hasattr(report, 'wasxfail'):
         return 'an expected failure is a failure'
     if report.skipped:
@@ -36,18 +36,18 @@ def why_not(report):
 
 
 class ResultLines:
-    """Counts results, and prints each as soon as it is known: a hang shows where."""
+    """Counts results, and prints each at once, to show where a test hangs."""
 
     def __init__(self, writer):
         self.writer = writer
         self.passed = 0
         self.failed = 0
         self.files = set()
-        self.why = {}           # of the running test's phases, the first that failed
+        self.why = {}           # the first phase that failed of the running test
         self.seconds = {}
 
     def line(self, text):
-        # one write(): nothing else that goes there gets into the line
+        # one write(), so that no other output gets into the line
         self.writer.write(text + '\n', flush=True)
 
     def fail(self, name, why):
@@ -98,7 +98,7 @@ class ResultLines:
         session.exitstatus = 1 if self.failed else 0
 
     def pytest_unconfigure(self):
-        """Behind whatever pytest prints."""
+        """Prints the summary after the output of pytest."""
         files = [test_name(path.name) for path in self.files]
         self.line('%s: %d passed, %d failed' % (files[0] if len(files) == 1 else 'pytest',
                                                 self.passed, self.failed))
@@ -106,7 +106,7 @@ class ResultLines:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_report_teststatus(report):
-    """No letter and no word of pytest's own for a test."""
+    """Disables the output of pytest for a test."""
     return report.outcome, '', ''
 
 

@@ -1,24 +1,24 @@
 # shellcheck shell=bash
 # SPDX-License-Identifier: GPL-2.0-only
 #
-# What every level's script shares; to be sourced, by a path made from the script's own place:
+# Functions of all level scripts; to be sourced, by a path relative to the script:
 #	. "$(cd "$(dirname "$0")" && pwd)/lib.sh"
 #
 #	$top, $cache	see paths.sh
-#	$out		this level's results and logs (set by `level`)
+#	$out		results and logs of this level (set by `level`)
 #	level NAME	start a level
-#	need LEVEL...	install the packages that these levels need
+#	need LEVEL...	install the packages that these levels require
 #	pass NAME	one test passed
 #	fail NAME WHY	one test failed
 #	attempt NAME COMMAND...	pass or fail by COMMAND's status; its output goes to $out/NAME.log
 #	take NAME LEAST COMMAND...	run COMMAND, whose last line is "WORD: P passed, F failed"; show
-#			what it says, add up its counts, and fail if there were fewer than LEAST
-#	least PART	the least number of cases of a part of this level, see the file minimum
+#			its output, add up its counts, and fail if there were fewer than LEAST
+#	least PART	the minimum number of cases of a part of this level, see the file minimum
 #	minima LEVEL	lines "PART CASES" of a level
 #	tally P F	add a sub-run's counts
 #	boots DIR	end the level if the test kernel whose run is in DIR did not boot: it has
-#			failed already, and would again with each further run
-#	finish		print "LEVEL: P passed, F failed" as the last line; exit 1 unless all is well
+#			failed already, and would fail again in each further run
+#	finish		print "LEVEL: P passed, F failed" as the last line; exit 1 unless all passed
 
 # shellcheck source=paths.sh
 . "$(dirname "${BASH_SOURCE[0]}")/../paths.sh"
@@ -80,7 +80,7 @@ minima() {
 	awk -v level="$1" '$1 == level { print $2, $3 }' "$top/userspace/tests/minimum"
 }
 
-least() {	# what has no line fails for having too few
+least() {	# a part without a line fails
 	minima "$level_name" | awk -v part="$1" '$1 == part { n = $2 } END { print n ? n : 999999 }'
 }
 
@@ -98,7 +98,7 @@ boots() {
 	! grep -qs '^no boot' "$1/end" || finish
 }
 
-# A level that ran nothing proves nothing: that is a failure, too.
+# A level that has run no tests fails, too.
 finish() {
 	[ $((level_passed + level_failed)) -gt 0 ] || fail "$level_name" 'no test ran'
 	echo "$level_name: $level_passed passed, $level_failed failed"
