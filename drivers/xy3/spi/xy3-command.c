@@ -13,9 +13,10 @@
 
 static void xy3_command_put(struct xy3_stream *stream, struct xy3_command *command)
 {
-	lockdep_assert_held(&stream->lock);
+	struct xy3_queue *queue = xy3_queue(stream);
+
 	if (command && !--command->users)
-		list_add(&command->node, &stream->commands.free);
+		list_add(&command->node, &queue->commands.free);
 }
 
 static void xy3_command_end(struct xy3_stream *stream, struct xy3_command *command, int err)
@@ -46,15 +47,15 @@ int xy3_commands_new_block(struct xy3_stream *stream)
 		xy3_block_free(block);
 		return err;
 	}
-	xy3_block_free(stream->commands.block);
-	stream->commands.block = block;
+	xy3_block_free(stream->queue.commands.block);
+	stream->queue.commands.block = block;
 	return 0;
 }
 
 static bool xy3_command_busy(struct xy3_stream *stream)
 {
 	guard(spinlock_irqsave)(&stream->lock);
-	return stream->commands.sending;
+	return xy3_queue(stream)->commands.sending;
 }
 
 /**
@@ -66,7 +67,7 @@ static bool xy3_command_busy(struct xy3_stream *stream)
 void xy3_commands_hold(struct xy3_stream *stream)
 {
 	scoped_guard(spinlock_irqsave, &stream->lock)
-		stream->commands.held = true;
+		xy3_queue(stream)->commands.held = true;
 	wait_event(stream->done, !xy3_command_busy(stream));
 }
 
@@ -77,7 +78,7 @@ void xy3_commands_hold(struct xy3_stream *stream)
 void xy3_commands_release(struct xy3_stream *stream)
 {
 	guard(spinlock_irqsave)(&stream->lock);
-	stream->commands.held = false;
+	xy3_queue(stream)->commands.held = false;
 	xy3_pump(stream, false);
 }
 
@@ -91,11 +92,10 @@ void xy3_commands_release(struct xy3_stream *stream)
  */
 struct xy3_block *xy3_next_command(struct xy3_stream *stream)
 {
-	struct xy3_commands *commands = &stream->commands;
+	struct xy3_commands *commands = &xy3_queue(stream)->commands;
 	struct xy3_block *block = commands->block;
 	struct xy3_command *command;
 
-	lockdep_assert_held(&stream->lock);
 	if (commands->sending || commands->held)
 		return NULL;
 	command = list_first_entry_or_null(&commands->waiting, struct xy3_command, node);
@@ -116,11 +116,11 @@ struct xy3_block *xy3_next_command(struct xy3_stream *stream)
  */
 void xy3_command_done(struct xy3_stream *stream, int err)
 {
-	struct xy3_command *command = stream->commands.sending;
+	struct xy3_queue *queue = xy3_queue(stream);
+	struct xy3_command *command = queue->commands.sending;
 
-	lockdep_assert_held(&stream->lock);
-	stream->commands.sending = NULL;
-	stream->stat[XY3_COMMANDS] += !err;
+	queue->commands.sending = NULL;
+	queue->stat[XY3_COMMANDS] += !err;
 	xy3_command_end(stream, command, err);
 }
 
@@ -131,14 +131,14 @@ void xy3_command_done(struct xy3_stream *stream, int err)
  */
 void xy3_commands_fail(struct xy3_stream *stream, int err)
 {
+	struct xy3_commands *commands = &xy3_queue(stream)->commands;
 	struct xy3_command *command, *next;
 
-	lockdep_assert_held(&stream->lock);
-	list_for_each_entry_safe(command, next, &stream->commands.waiting, node) {
+	list_for_each_entry_safe(command, next, &commands->waiting, node) {
 		list_del(&command->node);
 		xy3_command_end(stream, command, err);
 	}
-	stream->commands.count = 0;
+	commands->count = 0;
 	xy3_forward_has_room(stream->forward);
 }
 
@@ -156,14 +156,17 @@ void xy3_commands_fail(struct xy3_stream *stream, int err)
  */
 int xy3_stream_command(struct xy3_stream *stream, u32 code)
 {
-	struct xy3_commands *commands = &stream->commands;
+	struct xy3_commands *commands;
 	struct xy3_command *command;
+	struct xy3_queue *queue;
 
 	guard(spinlock_irqsave)(&stream->lock);
-	if (!stream->running)
-		stream->error = 0;
-	if (stream->error)
-		return stream->error;
+	queue = xy3_queue(stream);
+	commands = &queue->commands;
+	if (!queue->running)
+		queue->error = 0;
+	if (queue->error)
+		return queue->error;
 	if (commands->count == XY3_COMMANDS_QUEUED)
 		return -EAGAIN;
 	command = list_first_entry(&commands->free, struct xy3_command, node);
@@ -175,7 +178,7 @@ int xy3_stream_command(struct xy3_stream *stream, u32 code)
 	xy3_command_put(stream, commands->last);
 	commands->last = command;
 	xy3_pump(stream, false);
-	return stream->error;
+	return queue->error;
 }
 
 /**
@@ -189,7 +192,7 @@ int xy3_stream_command(struct xy3_stream *stream, u32 code)
 unsigned int xy3_stream_command_room(struct xy3_stream *stream)
 {
 	guard(spinlock_irqsave)(&stream->lock);
-	return XY3_COMMANDS_QUEUED - stream->commands.count;
+	return XY3_COMMANDS_QUEUED - xy3_queue(stream)->commands.count;
 }
 
 /**
@@ -206,7 +209,7 @@ int xy3_stream_drain(struct xy3_stream *stream)
 	int err;
 
 	scoped_guard(spinlock_irqsave, &stream->lock) {
-		last = stream->commands.last;
+		last = xy3_queue(stream)->commands.last;
 		if (last)
 			last->users++;
 	}
@@ -227,7 +230,7 @@ int xy3_stream_drain(struct xy3_stream *stream)
  */
 int xy3_commands_init(struct xy3_stream *stream)
 {
-	struct xy3_commands *commands = &stream->commands;
+	struct xy3_commands *commands = &stream->queue.commands;
 
 	INIT_LIST_HEAD(&commands->waiting);
 	INIT_LIST_HEAD(&commands->free);
@@ -244,5 +247,5 @@ int xy3_commands_init(struct xy3_stream *stream)
  */
 void xy3_commands_exit(struct xy3_stream *stream)
 {
-	xy3_block_free(stream->commands.block);
+	xy3_block_free(stream->queue.commands.block);
 }

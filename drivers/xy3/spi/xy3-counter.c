@@ -23,12 +23,12 @@
  */
 void xy3_underrun_begins(struct xy3_stream *stream)
 {
+	struct xy3_queue *queue = xy3_queue(stream);
 	u64 now = get_jiffies_64();
-	unsigned long delay = stream->notify_at > now ? stream->notify_at - now : 0;
+	unsigned long delay = queue->notify_at > now ? queue->notify_at - now : 0;
 
-	lockdep_assert_held(&stream->lock);
-	stream->stat[XY3_UNDERRUNS]++;
-	if (!stream->leaving)
+	queue->stat[XY3_UNDERRUNS]++;
+	if (!queue->leaving)
 		queue_delayed_work(system_percpu_wq, &stream->underrun, delay);
 }
 
@@ -39,16 +39,16 @@ void xy3_underrun_begins(struct xy3_stream *stream)
  */
 void xy3_measure(struct xy3_stream *stream, unsigned int scans)
 {
+	struct xy3_queue *queue = xy3_queue(stream);
 	u64 now = ktime_get_ns();
-	u64 passed = now - stream->measured_from;
+	u64 passed = now - queue->measured_from;
 
-	lockdep_assert_held(&stream->lock);
-	stream->measured_scans += scans;
+	queue->measured_scans += scans;
 	if (passed < XY3_MEASURE_NS)
 		return;
-	stream->achieved = div64_u64(stream->measured_scans * NSEC_PER_SEC, passed);
-	stream->measured_from = now;
-	stream->measured_scans = 0;
+	queue->achieved = div64_u64(queue->measured_scans * NSEC_PER_SEC, passed);
+	queue->measured_from = now;
+	queue->measured_scans = 0;
 }
 
 /**
@@ -61,7 +61,7 @@ void xy3_measure(struct xy3_stream *stream, unsigned int scans)
 u64 xy3_stream_stat(struct xy3_stream *stream, enum xy3_stream_stat stat)
 {
 	guard(spinlock_irqsave)(&stream->lock);
-	return stream->stat[stat];
+	return xy3_queue(stream)->stat[stat];
 }
 
 /**
@@ -71,7 +71,7 @@ u64 xy3_stream_stat(struct xy3_stream *stream, enum xy3_stream_stat stat)
 void xy3_stream_notified(struct xy3_stream *stream)
 {
 	guard(spinlock_irqsave)(&stream->lock);
-	stream->notify_at = get_jiffies_64() + msecs_to_jiffies(XY3_NOTIFY_MS);
+	xy3_queue(stream)->notify_at = get_jiffies_64() + msecs_to_jiffies(XY3_NOTIFY_MS);
 }
 
 /**
@@ -82,7 +82,7 @@ void xy3_stream_notified(struct xy3_stream *stream)
 void xy3_stream_count_clamped(struct xy3_stream *stream, u64 count)
 {
 	guard(spinlock_irqsave)(&stream->lock);
-	stream->stat[XY3_CLAMPED] += count;
+	xy3_queue(stream)->stat[XY3_CLAMPED] += count;
 }
 
 /**
@@ -93,8 +93,11 @@ void xy3_stream_count_clamped(struct xy3_stream *stream, u64 count)
  */
 unsigned int xy3_stream_achieved(struct xy3_stream *stream)
 {
+	struct xy3_queue *queue;
+
 	guard(spinlock_irqsave)(&stream->lock);
-	return stream->running && !stream->error ? stream->achieved : 0;
+	queue = xy3_queue(stream);
+	return queue->running && !queue->error ? queue->achieved : 0;
 }
 
 /* ---- debugfs ---- */

@@ -143,17 +143,19 @@ static ssize_t frame_bits_show(struct device *dev, struct device_attribute *attr
 static int xy3_change_bits(struct xy3_iio *iio, unsigned int bits)
 {
 	unsigned int was = iio->stream.map.frame_bits;
+	u32 *position;
 	int err;
 
 	err = xy3_stream_resize(&iio->stream, bits);
 	if (err || bits == was)
 		return err;
 	guard(spinlock_irqsave)(&iio->stream.lock);
+	position = xy3_queue(&iio->stream)->position;
 	for (unsigned int i = 0; i < iio->stream.map.axes; i++) {
 		if (bits == 32)
-			iio->stream.position[i] <<= XY3_CODE_BITS_MORE;
+			position[i] <<= XY3_CODE_BITS_MORE;
 		else
-			iio->stream.position[i] >>= XY3_CODE_BITS_MORE;
+			position[i] >>= XY3_CODE_BITS_MORE;
 	}
 	xy3_set_bits(iio, bits);
 	return 0;
@@ -333,10 +335,10 @@ struct iio_dev *xy3_iio_register(struct spi_device *spi, const struct xy3_line_m
 	iio->stream.spi = spi;
 	iio->stream.map = *map;
 	iio->stream.rate = kept->rate;
-	memcpy(iio->stream.stat, kept->stat, sizeof(kept->stat));
+	memcpy(iio->stream.queue.stat, kept->stat, sizeof(kept->stat));
 	iio->stream.forward = forward;
 	for (unsigned int i = 0; i < map->axes; i++)
-		iio->stream.position[i] = kept->position[map->axis[i]] >> xy3_code_shift(map);
+		iio->stream.queue.position[i] = kept->position[map->axis[i]] >> xy3_code_shift(map);
 	xy3_buffer_init(iio);
 	iio->stream.writers = &iio->buffer.pollq;
 	INIT_DELAYED_WORK(&iio->stream.underrun, xy3_notify_underrun);
@@ -389,8 +391,8 @@ static void xy3_keep(const struct xy3_stream *stream, struct xy3_kept *kept)
 	kept->frame_bits = map->frame_bits;
 	kept->rate = stream->rate;
 	for (unsigned int i = 0; i < map->axes; i++)
-		kept->position[map->axis[i]] = stream->position[i] << xy3_code_shift(map);
-	memcpy(kept->stat, stream->stat, sizeof(kept->stat));
+		kept->position[map->axis[i]] = stream->queue.position[i] << xy3_code_shift(map);
+	memcpy(kept->stat, stream->queue.stat, sizeof(kept->stat));
 }
 
 /**

@@ -20,7 +20,7 @@
 /* It is one of the writer's, not one of those that repeat, carry a command or end a stream */
 static bool xy3_is_written(const struct xy3_block *block)
 {
-	return !block->repeats && block != block->stream->commands.block;
+	return !block->repeats && block != xy3_queue(block->stream)->commands.block;
 }
 
 static u8 *xy3_last_scan(struct xy3_block *block)
@@ -31,14 +31,15 @@ static u8 *xy3_last_scan(struct xy3_block *block)
 /* What was written: whole blocks first, then one that the writer has only begun */
 static struct xy3_block *xy3_next_written(struct xy3_stream *stream)
 {
-	struct xy3_block *block = list_first_entry_or_null(&stream->full, struct xy3_block, node);
+	struct xy3_queue *queue = xy3_queue(stream);
+	struct xy3_block *block = list_first_entry_or_null(&queue->full, struct xy3_block, node);
 
 	if (block) {
 		list_del(&block->node);
-		stream->fulls--;
+		queue->fulls--;
 	} else {
-		block = stream->filling;
-		stream->filling = NULL;
+		block = queue->filling;
+		queue->filling = NULL;
 	}
 	/* nothing may follow for some time */
 	if (block)
@@ -50,26 +51,28 @@ static struct xy3_block *xy3_next_written(struct xy3_stream *stream)
 static void xy3_written_is_given(struct xy3_block *block)
 {
 	struct xy3_stream *stream = block->stream;
+	struct xy3_queue *queue = xy3_queue(stream);
 
-	memcpy(stream->last, xy3_last_scan(block), stream->map.scan_size);
-	xy3_lower_gate(&stream->map, stream->last);
-	stream->primed = true;
-	stream->repeating = false;
+	memcpy(queue->last, xy3_last_scan(block), stream->map.scan_size);
+	xy3_lower_gate(&stream->map, queue->last);
+	queue->primed = true;
+	queue->repeating = false;
 }
 
 static struct xy3_block *xy3_next_repeated(struct xy3_stream *stream)
 {
-	struct xy3_block *block = list_first_entry_or_null(&stream->spare, struct xy3_block, node);
+	struct xy3_queue *queue = xy3_queue(stream);
+	struct xy3_block *block = list_first_entry_or_null(&queue->spare, struct xy3_block, node);
 	size_t size = stream->map.scan_size;
 
-	if (!block || !stream->running || !stream->primed || stream->queued >= XY3_BLOCKS_LOW)
+	if (!block || !queue->running || !queue->primed || queue->queued >= XY3_BLOCKS_LOW)
 		return NULL;
 	list_del(&block->node);
 	for (unsigned int i = 0; i < block->scans; i++)
-		memcpy(block->data + i * size, stream->last, size);
-	if (!stream->repeating)
+		memcpy(block->data + i * size, queue->last, size);
+	if (!queue->repeating)
 		xy3_underrun_begins(stream);
-	stream->repeating = true;
+	queue->repeating = true;
 	return block;
 }
 
@@ -79,20 +82,23 @@ static struct xy3_block *xy3_next_repeated(struct xy3_stream *stream)
  */
 void xy3_put_empty(struct xy3_block *block)
 {
-	list_add_tail(&block->node, &block->stream->empty);
-	block->stream->empties++;
+	struct xy3_queue *queue = xy3_queue(block->stream);
+
+	list_add_tail(&block->node, &queue->empty);
+	queue->empties++;
 }
 
 static void xy3_block_recycle(struct xy3_block *block, int err)
 {
 	struct xy3_stream *stream = block->stream;
+	struct xy3_queue *queue = xy3_queue(stream);
 
-	if (block == stream->commands.block)
+	if (block == queue->commands.block)
 		xy3_command_done(stream, err);
 	else if (block == stream->closing)
 		return;
 	else if (block->repeats)
-		list_add_tail(&block->node, &stream->spare);
+		list_add_tail(&block->node, &queue->spare);
 	else
 		xy3_put_empty(block);
 }
@@ -103,18 +109,19 @@ static void xy3_block_recycle(struct xy3_block *block, int err)
  */
 void xy3_drop_written(struct xy3_stream *stream)
 {
-	lockdep_assert_held(&stream->lock);
+	struct xy3_queue *queue = xy3_queue(stream);
+
 	/* there may be thousands, and interrupts are off */
-	list_splice_tail_init(&stream->full, &stream->empty);
-	stream->empties += stream->fulls;
-	stream->fulls = 0;
-	if (stream->filling)
-		xy3_put_empty(stream->filling);
-	stream->filling = NULL;
-	if (stream->refused && xy3_is_written(stream->refused)) {
-		xy3_put_empty(stream->refused);
-		stream->refused = NULL;
-		stream->queued--;
+	list_splice_tail_init(&queue->full, &queue->empty);
+	queue->empties += queue->fulls;
+	queue->fulls = 0;
+	if (queue->filling)
+		xy3_put_empty(queue->filling);
+	queue->filling = NULL;
+	if (queue->refused && xy3_is_written(queue->refused)) {
+		xy3_put_empty(queue->refused);
+		queue->refused = NULL;
+		queue->queued--;
 	}
 }
 
@@ -125,7 +132,7 @@ void xy3_drop_written(struct xy3_stream *stream)
  */
 void xy3_stream_fail(struct xy3_stream *stream, int err)
 {
-	stream->error = err;
+	xy3_queue(stream)->error = err;
 	xy3_commands_fail(stream, err);
 	xy3_drop_written(stream);
 }
@@ -138,18 +145,18 @@ static void xy3_block_done(void *context);
  */
 static int xy3_submit(struct xy3_stream *stream, struct xy3_block *block)
 {
+	struct xy3_queue *queue = xy3_queue(stream);
 	int err = xy3_block_send(block, xy3_block_done);
 
-	lockdep_assert_held(&stream->lock);
 	if (err == -EBUSY) {
-		stream->refused = block;
+		queue->refused = block;
 		queue_delayed_work(system_percpu_wq, &stream->retry, 1);
 		err = 0;
 	} else if (!err && xy3_is_written(block)) {
 		xy3_written_is_given(block);
 	}
 	if (!err)
-		stream->queued++;
+		queue->queued++;
 	return err;
 }
 
@@ -161,11 +168,12 @@ static int xy3_submit(struct xy3_stream *stream, struct xy3_block *block)
  */
 bool xy3_make_closing(struct xy3_stream *stream)
 {
+	struct xy3_queue *queue = xy3_queue(stream);
 	struct xy3_block *block = stream->closing;
 
-	if (stream->map.gate_line < 0 || !stream->primed)
+	if (stream->map.gate_line < 0 || !queue->primed)
 		return false;
-	xy3_encode_scans(&stream->map, stream->position, 1, block->data);
+	xy3_encode_scans(&stream->map, queue->position, 1, block->data);
 	return true;
 }
 
@@ -177,11 +185,12 @@ bool xy3_make_closing(struct xy3_stream *stream)
  */
 void xy3_close_after_error(struct xy3_stream *stream)
 {
-	lockdep_assert_held(&stream->lock);
-	if (!stream->running || !stream->error || stream->queued || stream->closed ||
+	struct xy3_queue *queue = xy3_queue(stream);
+
+	if (!queue->running || !queue->error || queue->queued || queue->closed ||
 	    !xy3_make_closing(stream))
 		return;
-	stream->closed = true;
+	queue->closed = true;
 	xy3_submit(stream, stream->closing);
 }
 
@@ -192,11 +201,11 @@ void xy3_close_after_error(struct xy3_stream *stream)
  */
 void xy3_pump(struct xy3_stream *stream, bool late)
 {
+	struct xy3_queue *queue = xy3_queue(stream);
 	struct xy3_block *block;
 	int err;
 
-	lockdep_assert_held(&stream->lock);
-	while (!stream->error && !stream->refused && stream->queued < XY3_BLOCKS_QUEUED) {
+	while (!queue->error && !queue->refused && queue->queued < XY3_BLOCKS_QUEUED) {
 		block = xy3_next_command(stream);
 		if (!block)
 			block = xy3_next_written(stream);
@@ -206,7 +215,7 @@ void xy3_pump(struct xy3_stream *stream, bool late)
 			return;
 		err = xy3_submit(stream, block);
 		if (err) {
-			stream->stat[XY3_ERRORS]++;
+			queue->stat[XY3_ERRORS]++;
 			xy3_stream_fail(stream, err);
 			xy3_block_recycle(block, err);
 			xy3_close_after_error(stream);
@@ -217,16 +226,17 @@ void xy3_pump(struct xy3_stream *stream, bool late)
 
 static void xy3_block_sent(struct xy3_stream *stream, struct xy3_block *block, int err)
 {
-	lockdep_assert_held(&stream->lock);
-	stream->queued--;
+	struct xy3_queue *queue = xy3_queue(stream);
+
+	queue->queued--;
 	if (err) {
-		stream->stat[XY3_ERRORS]++;
+		queue->stat[XY3_ERRORS]++;
 		xy3_stream_fail(stream, err);
 	} else {
-		stream->stat[XY3_SCANS] += block->scans;
-		stream->stat[XY3_REPEATED] += block->repeats ? block->scans : 0;
+		queue->stat[XY3_SCANS] += block->scans;
+		queue->stat[XY3_REPEATED] += block->repeats ? block->scans : 0;
 		if (xy3_is_written(block))
-			memcpy(stream->position, block->position, sizeof(stream->position));
+			memcpy(queue->position, block->position, sizeof(queue->position));
 		xy3_measure(stream, block->scans);
 	}
 	xy3_block_recycle(block, err);
@@ -255,23 +265,25 @@ static void xy3_block_done(void *context)
 void xy3_retry(struct work_struct *work)
 {
 	struct xy3_stream *stream = container_of(to_delayed_work(work), struct xy3_stream, retry);
+	struct xy3_queue *queue;
 	struct xy3_block *block;
 	int err;
 
 	guard(spinlock_irqsave)(&stream->lock);
-	block = stream->refused;
+	queue = xy3_queue(stream);
+	block = queue->refused;
 	if (!block) {
 		/* it was dropped */
 		xy3_pump(stream, true);
 		return;
 	}
-	stream->refused = NULL;
-	stream->queued--;
-	err = block == stream->closing ? 0 : stream->error;
+	queue->refused = NULL;
+	queue->queued--;
+	err = block == stream->closing ? 0 : queue->error;
 	if (!err)
 		err = xy3_submit(stream, block);
 	if (err) {
-		stream->queued++;
+		queue->queued++;
 		xy3_block_sent(stream, block, err);
 		return;
 	}

@@ -15,6 +15,7 @@
 #include <linux/iio/buffer_impl.h>
 #include <linux/iio/iio.h>
 #include <linux/list.h>
+#include <linux/lockdep.h>
 #include <linux/mutex.h>
 #include <linux/spi/spi.h>
 #include <linux/spinlock.h>
@@ -146,28 +147,16 @@ enum xy3_stream_stat {
 };
 
 /**
- * struct xy3_stream - the way of all frames to the head
- * @spi: the SPI device
- * @map: which line carries what
- * @rate: frames per second; like @map changed while nothing is sent only, and under @lock for
- *	  those that show them
- * @forward: the forward channel, which is notified when there is room for commands
- * @debugfs: the directory of its counters
- * @writers: where writers wait for an empty block
- * @underrun: notifies user space of underruns
- * @retry: sends @refused
- * @lock: protects all that follows up to @achieved; taken when a message is done, in any context
+ * struct xy3_queue - what a stream sends, and how far it is; see xy3_queue()
  * @running: a stream: when nothing is there to send, the last position is repeated
  * @primed: a scan has been sent since it runs
  * @repeating: the block that was queued last repeats a position
- * @notify_at: @underrun is not to run before that, in jiffies
+ * @notify_at: user space is not to be notified of an underrun before that, in jiffies
  * @leaving: it ends for good: what is written is dropped, and no more is taken
  * @aborted: the rest of the write that is going on is dropped; it may be one to the stream before
  * @cancelled: the task whose write() was going on when what was written was dropped, or NULL
  * @error: of the controller; nothing more is sent until the stream is started anew
- * @write_max: scans that are taken whole, or not at all; half of all blocks have room for them
  * @wanted: scans of the write that has found no room
- * @block_scans: scans that a block of the writer's can hold
  * @empty: blocks for the writer
  * @empties: how many
  * @full: blocks to be sent, in this order; there is no room left in them
@@ -175,8 +164,7 @@ enum xy3_stream_stat {
  * @filling: the block that the writer has begun, while it is not at it
  * @spare: blocks that repeat the last position
  * @commands: commands, and the block that carries one
- * @closing: carries the last position with the gate low, when nothing else is sent; in no list
- * @closed: it was sent for the error there is
+ * @closed: the stream's closing block was sent for the error there is
  * @queued: blocks that the controller has, @refused among them
  * @refused: a block that waits until another driver unlocks the bus, or NULL
  * @last: the last scan that was given to the controller, with the gate low
@@ -185,19 +173,8 @@ enum xy3_stream_stat {
  * @measured_from: when the measuring of the rate began, in ns
  * @measured_scans: scans sent since then
  * @achieved: frames per second that were measured last
- * @done: woken when a block is done
  */
-struct xy3_stream {
-	struct spi_device *spi;
-	struct xy3_line_map map;
-	unsigned int rate;
-	struct xy3_forward *forward;
-	struct dentry *debugfs;
-	wait_queue_head_t *writers;
-	struct delayed_work underrun;
-	struct delayed_work retry;
-
-	spinlock_t lock;	/* see above */
+struct xy3_queue {
 	bool running;
 	bool primed;
 	bool repeating;
@@ -206,9 +183,7 @@ struct xy3_stream {
 	bool aborted;
 	struct task_struct *cancelled;
 	int error;
-	size_t write_max;
 	size_t wanted;
-	size_t block_scans;
 	struct list_head empty;
 	unsigned int empties;
 	struct list_head full;
@@ -216,7 +191,6 @@ struct xy3_stream {
 	struct xy3_block *filling;
 	struct list_head spare;
 	struct xy3_commands commands;
-	struct xy3_block *closing;
 	bool closed;
 	unsigned int queued;
 	struct xy3_block *refused;
@@ -226,9 +200,55 @@ struct xy3_stream {
 	u64 measured_from;
 	u64 measured_scans;
 	unsigned int achieved;
+};
+
+/**
+ * struct xy3_stream - the way of all frames to the head
+ * @spi: the SPI device
+ * @map: which line carries what; like all up to @block_scans changed while nothing is sent only
+ * @rate: frames per second; like @map changed under @lock, too, for those that show it
+ * @write_max: scans that are taken whole, or not at all; half of all blocks have room for them
+ * @block_scans: scans that a block of the writer's can hold
+ * @forward: the forward channel, which is notified when there is room for commands
+ * @debugfs: the directory of its counters
+ * @writers: where writers wait for an empty block
+ * @closing: carries the last position with the gate low, when nothing else is sent; in no list
+ * @underrun: notifies user space of underruns
+ * @retry: sends what was refused
+ * @lock: protects @queue; taken when a message is done, in any context
+ * @queue: what is to be sent, and how far it is; by xy3_queue() where a stream may run
+ * @done: woken when a block is done
+ */
+struct xy3_stream {
+	struct spi_device *spi;
+	struct xy3_line_map map;
+	unsigned int rate;
+	size_t write_max;
+	size_t block_scans;
+	struct xy3_forward *forward;
+	struct dentry *debugfs;
+	wait_queue_head_t *writers;
+	struct xy3_block *closing;
+	struct delayed_work underrun;
+	struct delayed_work retry;
+
+	spinlock_t lock;	/* see above */
+	struct xy3_queue queue;
 
 	wait_queue_head_t done;
 };
+
+/**
+ * xy3_queue() - what a stream sends
+ * @stream: the stream; its lock is held
+ *
+ * Return: its queue.
+ */
+static inline struct xy3_queue *xy3_queue(struct xy3_stream *stream)
+{
+	lockdep_assert_held(&stream->lock);
+	return &stream->queue;
+}
 
 /**
  * struct xy3_kept - what an IIO device leaves to the one that follows it

@@ -36,16 +36,22 @@ unsigned int xy3_stream_rate_max(const struct xy3_stream *stream)
 /* The controller has no block of what was written, and will be given none: all are empty */
 static bool xy3_stream_silent(struct xy3_stream *stream)
 {
+	struct xy3_queue *queue;
+
 	guard(spinlock_irqsave)(&stream->lock);
-	return stream->queued == !!stream->commands.sending && list_empty(&stream->full) &&
-	       !stream->filling;
+	queue = xy3_queue(stream);
+	return queue->queued == !!queue->commands.sending && list_empty(&queue->full) &&
+	       !queue->filling;
 }
 
 /* Nor a command */
 static bool xy3_stream_idle(struct xy3_stream *stream)
 {
+	struct xy3_queue *queue;
+
 	guard(spinlock_irqsave)(&stream->lock);
-	return !stream->queued && list_empty(&stream->commands.waiting);
+	queue = xy3_queue(stream);
+	return !queue->queued && list_empty(&queue->commands.waiting);
 }
 
 /**
@@ -57,13 +63,13 @@ static bool xy3_stream_idle(struct xy3_stream *stream)
 void xy3_stream_position(struct xy3_stream *stream, u32 *position)
 {
 	guard(spinlock_irqsave)(&stream->lock);
-	memcpy(position, stream->position, sizeof(stream->position));
+	memcpy(position, xy3_queue(stream)->position, sizeof(stream->queue.position));
 }
 
 static bool xy3_stream_leaves(struct xy3_stream *stream)
 {
 	guard(spinlock_irqsave)(&stream->lock);
-	return stream->leaving;
+	return xy3_queue(stream)->leaving;
 }
 
 /**
@@ -75,6 +81,7 @@ static bool xy3_stream_leaves(struct xy3_stream *stream)
  */
 int xy3_stream_send_position(struct xy3_stream *stream, const u32 *position)
 {
+	struct xy3_queue *queue;
 	struct xy3_block *block;
 	int err;
 
@@ -90,8 +97,9 @@ int xy3_stream_send_position(struct xy3_stream *stream, const u32 *position)
 		err = xy3_block_send_now(block);
 	if (!err) {
 		guard(spinlock_irqsave)(&stream->lock);
-		stream->stat[XY3_SCANS]++;
-		memcpy(stream->position, position, sizeof(stream->position));
+		queue = xy3_queue(stream);
+		queue->stat[XY3_SCANS]++;
+		memcpy(queue->position, position, sizeof(queue->position));
 	}
 	xy3_block_free(block);
 	return err;
@@ -103,9 +111,9 @@ static int xy3_stream_prepare(struct xy3_stream *stream)
 				     xy3_scans_max(stream, XY3_REPEAT_SCANS_MAX));
 	int err;
 
-	err = xy3_blocks_prepare(&stream->empty, stream->block_scans);
+	err = xy3_blocks_prepare(&stream->queue.empty, stream->block_scans);
 	if (!err)
-		err = xy3_blocks_prepare(&stream->spare, repeats);
+		err = xy3_blocks_prepare(&stream->queue.spare, repeats);
 	if (!err)
 		err = xy3_block_prepare(stream->closing);
 	return err;
@@ -113,8 +121,8 @@ static int xy3_stream_prepare(struct xy3_stream *stream)
 
 static void xy3_stream_unprepare(struct xy3_stream *stream)
 {
-	xy3_blocks_unprepare(&stream->empty);
-	xy3_blocks_unprepare(&stream->spare);
+	xy3_blocks_unprepare(&stream->queue.empty);
+	xy3_blocks_unprepare(&stream->queue.spare);
 	xy3_block_unprepare(stream->closing);
 }
 
@@ -127,6 +135,7 @@ static void xy3_stream_unprepare(struct xy3_stream *stream)
  */
 int xy3_stream_start(struct xy3_stream *stream)
 {
+	struct xy3_queue *queue;
 	int err;
 
 	if (xy3_stream_leaves(stream))
@@ -137,16 +146,17 @@ int xy3_stream_start(struct xy3_stream *stream)
 		return err;
 	}
 	guard(spinlock_irqsave)(&stream->lock);
-	stream->running = true;
-	stream->primed = false;
-	stream->closed = false;
+	queue = xy3_queue(stream);
+	queue->running = true;
+	queue->primed = false;
+	queue->closed = false;
 	/* a write that has waited for a page since the last stream is not part of this one */
-	stream->aborted = true;
-	stream->wanted = 0;
-	stream->error = 0;
-	stream->achieved = 0;
-	stream->measured_scans = 0;
-	stream->measured_from = ktime_get_ns();
+	queue->aborted = true;
+	queue->wanted = 0;
+	queue->error = 0;
+	queue->achieved = 0;
+	queue->measured_scans = 0;
+	queue->measured_from = ktime_get_ns();
 	return 0;
 }
 
@@ -156,20 +166,22 @@ int xy3_stream_start(struct xy3_stream *stream)
  */
 static void xy3_stream_close(struct xy3_stream *stream)
 {
+	struct xy3_queue *queue;
 	bool wanted;
 	int err;
 
 	scoped_guard(spinlock_irqsave, &stream->lock) {
 		wanted = xy3_make_closing(stream);
-		stream->primed = false;
+		xy3_queue(stream)->primed = false;
 	}
 	if (!wanted)
 		return;
 	err = xy3_block_send_now(stream->closing);
 	guard(spinlock_irqsave)(&stream->lock);
-	stream->stat[XY3_SCANS] += !err;
-	stream->stat[XY3_REPEATED] += !err;
-	stream->stat[XY3_ERRORS] += !!err;
+	queue = xy3_queue(stream);
+	queue->stat[XY3_SCANS] += !err;
+	queue->stat[XY3_REPEATED] += !err;
+	queue->stat[XY3_ERRORS] += !!err;
 }
 
 /*
@@ -197,9 +209,12 @@ static struct task_struct *xy3_writing_task(wait_queue_head_t *writers)
  */
 void xy3_stream_abort(struct xy3_stream *stream)
 {
+	struct xy3_queue *queue;
+
 	guard(spinlock_irqsave)(&stream->lock);
-	stream->aborted = true;
-	stream->cancelled = xy3_writing_task(stream->writers);
+	queue = xy3_queue(stream);
+	queue->aborted = true;
+	queue->cancelled = xy3_writing_task(stream->writers);
 	xy3_drop_written(stream);
 	wake_up_all(&stream->done);
 	wake_up_interruptible_poll(stream->writers, EPOLLOUT | EPOLLWRNORM);
@@ -212,7 +227,7 @@ void xy3_stream_abort(struct xy3_stream *stream)
 void xy3_stream_leave(struct xy3_stream *stream)
 {
 	scoped_guard(spinlock_irqsave, &stream->lock)
-		stream->leaving = true;
+		xy3_queue(stream)->leaving = true;
 	xy3_stream_abort(stream);
 	cancel_delayed_work_sync(&stream->underrun);
 }
@@ -227,7 +242,7 @@ void xy3_stream_leave(struct xy3_stream *stream)
 void xy3_stream_suspend(struct xy3_stream *stream)
 {
 	scoped_guard(spinlock_irqsave, &stream->lock) {
-		if (!stream->running)
+		if (!xy3_queue(stream)->running)
 			return;
 		xy3_stream_fail(stream, -ESHUTDOWN);
 		xy3_close_after_error(stream);
@@ -247,7 +262,7 @@ void xy3_stream_suspend(struct xy3_stream *stream)
 void xy3_stream_stop(struct xy3_stream *stream)
 {
 	scoped_guard(spinlock_irqsave, &stream->lock) {
-		stream->running = false;
+		xy3_queue(stream)->running = false;
 		xy3_pump(stream, false);
 	}
 	if (wait_event_killable(stream->done, xy3_stream_silent(stream))) {
@@ -329,22 +344,23 @@ int xy3_stream_set_rate(struct xy3_stream *stream, unsigned int rate)
 int xy3_stream_init(struct xy3_stream *stream)
 {
 	unsigned int repeats = xy3_scans_max(stream, XY3_REPEAT_SCANS_MAX);
+	struct xy3_queue *queue = &stream->queue;
 	struct xy3_block *block;
 	int err;
 
 	INIT_DELAYED_WORK(&stream->retry, xy3_retry);
 	spin_lock_init(&stream->lock);
 	init_waitqueue_head(&stream->done);
-	INIT_LIST_HEAD(&stream->empty);
-	INIT_LIST_HEAD(&stream->full);
-	INIT_LIST_HEAD(&stream->spare);
+	INIT_LIST_HEAD(&queue->empty);
+	INIT_LIST_HEAD(&queue->full);
+	INIT_LIST_HEAD(&queue->spare);
 	stream->write_max = 1;
 
 	err = xy3_commands_init(stream);
 	if (err)
 		return err;
 	stream->closing = xy3_block_new(stream, 1);
-	err = stream->closing ? xy3_blocks_new(stream, &stream->spare, XY3_BLOCKS_QUEUED, repeats) :
+	err = stream->closing ? xy3_blocks_new(stream, &queue->spare, XY3_BLOCKS_QUEUED, repeats) :
 				-ENOMEM;
 	if (err) {
 		xy3_block_free(stream->closing);
@@ -353,7 +369,7 @@ int xy3_stream_init(struct xy3_stream *stream)
 	}
 	stream->closing->scans = 1;
 	stream->closing->repeats = true;
-	list_for_each_entry(block, &stream->spare, node)
+	list_for_each_entry(block, &queue->spare, node)
 		block->repeats = true;
 	return 0;
 }
@@ -368,7 +384,7 @@ void xy3_stream_exit(struct xy3_stream *stream)
 	wait_event(stream->done, xy3_stream_idle(stream));
 	cancel_delayed_work_sync(&stream->retry);
 	xy3_stream_no_blocks(stream);
-	xy3_blocks_free(&stream->spare);
+	xy3_blocks_free(&stream->queue.spare);
 	xy3_block_free(stream->closing);
 	xy3_commands_exit(stream);
 }

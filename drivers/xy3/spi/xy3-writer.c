@@ -29,10 +29,10 @@ int xy3_stream_blocks(struct xy3_stream *stream, unsigned int scans)
 	int err;
 
 	xy3_stream_no_blocks(stream);
-	err = xy3_blocks_new(stream, &stream->empty, 2 * half, each);
+	err = xy3_blocks_new(stream, &stream->queue.empty, 2 * half, each);
 	if (err)
 		return err;
-	stream->empties = 2 * half;
+	stream->queue.empties = 2 * half;
 	stream->block_scans = each;
 	stream->write_max = half * each;
 	return 0;
@@ -46,16 +46,17 @@ int xy3_stream_blocks(struct xy3_stream *stream, unsigned int scans)
  */
 void xy3_stream_no_blocks(struct xy3_stream *stream)
 {
-	xy3_blocks_free(&stream->empty);
-	stream->empties = 0;
+	xy3_blocks_free(&stream->queue.empty);
+	stream->queue.empties = 0;
 }
 
 /* Scans that there is room for */
-static size_t xy3_stream_free(const struct xy3_stream *stream)
+static size_t xy3_stream_free(struct xy3_stream *stream)
 {
-	const struct xy3_block *block = stream->filling;
+	const struct xy3_queue *queue = xy3_queue(stream);
+	const struct xy3_block *block = queue->filling;
 
-	return stream->empties * stream->block_scans +
+	return queue->empties * stream->block_scans +
 	       (block ? block->scans_max - block->scans : 0);
 }
 
@@ -80,13 +81,15 @@ size_t xy3_stream_write_max(const struct xy3_stream *stream)
  */
 size_t xy3_stream_room(struct xy3_stream *stream)
 {
+	struct xy3_queue *queue;
 	size_t scans;
 
 	guard(spinlock_irqsave)(&stream->lock);
-	if (!stream->running || stream->leaving || stream->error)
+	queue = xy3_queue(stream);
+	if (!queue->running || queue->leaving || queue->error)
 		return 1;
 	scans = xy3_stream_free(stream);
-	return scans < stream->wanted ? 0 : scans;
+	return scans < queue->wanted ? 0 : scans;
 }
 
 /**
@@ -97,9 +100,12 @@ size_t xy3_stream_room(struct xy3_stream *stream)
  */
 size_t xy3_stream_waiting(struct xy3_stream *stream)
 {
+	struct xy3_queue *queue;
+
 	guard(spinlock_irqsave)(&stream->lock);
-	return stream->fulls * stream->block_scans +
-	       (stream->filling ? stream->filling->scans : 0);
+	queue = xy3_queue(stream);
+	return queue->fulls * stream->block_scans +
+	       (queue->filling ? queue->filling->scans : 0);
 }
 
 /**
@@ -110,8 +116,11 @@ size_t xy3_stream_waiting(struct xy3_stream *stream)
  */
 void xy3_stream_begin_write(struct xy3_stream *stream)
 {
+	struct xy3_queue *queue;
+
 	guard(spinlock_irqsave)(&stream->lock);
-	stream->aborted = stream->cancelled == current;
+	queue = xy3_queue(stream);
+	queue->aborted = queue->cancelled == current;
 }
 
 /**
@@ -120,9 +129,12 @@ void xy3_stream_begin_write(struct xy3_stream *stream)
  */
 void xy3_stream_end_write(struct xy3_stream *stream)
 {
+	struct xy3_queue *queue;
+
 	guard(spinlock_irqsave)(&stream->lock);
-	if (stream->cancelled == current)
-		stream->cancelled = NULL;
+	queue = xy3_queue(stream);
+	if (queue->cancelled == current)
+		queue->cancelled = NULL;
 }
 
 /**
@@ -138,28 +150,30 @@ void xy3_stream_end_write(struct xy3_stream *stream)
  */
 struct xy3_block *xy3_stream_take(struct xy3_stream *stream, size_t scans)
 {
+	struct xy3_queue *queue;
 	struct xy3_block *block;
 
 	guard(spinlock_irqsave)(&stream->lock);
-	if (stream->leaving)
+	queue = xy3_queue(stream);
+	if (queue->leaving)
 		return ERR_PTR(-ENODEV);
-	if (!stream->running)
+	if (!queue->running)
 		return ERR_PTR(-EINVAL);
-	if (stream->error)
-		return ERR_PTR(stream->error);
-	if (stream->aborted)
+	if (queue->error)
+		return ERR_PTR(queue->error);
+	if (queue->aborted)
 		return ERR_PTR(-ECANCELED);
 	if (xy3_stream_free(stream) < scans) {
-		stream->wanted = scans;
+		queue->wanted = scans;
 		return NULL;
 	}
-	stream->wanted = 0;
-	block = stream->filling;
-	stream->filling = NULL;
+	queue->wanted = 0;
+	block = queue->filling;
+	queue->filling = NULL;
 	if (!block) {
-		block = list_first_entry(&stream->empty, struct xy3_block, node);
+		block = list_first_entry(&queue->empty, struct xy3_block, node);
 		list_del(&block->node);
-		stream->empties--;
+		queue->empties--;
 		block->scans = 0;
 	}
 	return block;
@@ -167,8 +181,10 @@ struct xy3_block *xy3_stream_take(struct xy3_stream *stream, size_t scans)
 
 static void xy3_put_full(struct xy3_block *block)
 {
-	list_add_tail(&block->node, &block->stream->full);
-	block->stream->fulls++;
+	struct xy3_queue *queue = xy3_queue(block->stream);
+
+	list_add_tail(&block->node, &queue->full);
+	queue->fulls++;
 }
 
 /**
@@ -179,17 +195,19 @@ static void xy3_put_full(struct xy3_block *block)
 void xy3_stream_give(struct xy3_stream *stream, struct xy3_block *block)
 {
 	int err = block->scans ? xy3_block_prepare(block) : 0;
+	struct xy3_queue *queue;
 
 	guard(spinlock_irqsave)(&stream->lock);
+	queue = xy3_queue(stream);
 	if (err) {
-		stream->stat[XY3_ERRORS]++;
+		queue->stat[XY3_ERRORS]++;
 		xy3_stream_fail(stream, err);
 		xy3_close_after_error(stream);
 	}
-	if (!block->scans || stream->error || stream->aborted)
+	if (!block->scans || queue->error || queue->aborted)
 		xy3_put_empty(block);
 	else if (block->scans < block->scans_max)
-		stream->filling = block;
+		queue->filling = block;
 	else
 		xy3_put_full(block);
 	xy3_pump(stream, false);
