@@ -64,6 +64,7 @@ static ssize_t xy3_fill_block(struct xy3_iio *iio, const __le32 *in, size_t scan
 	struct xy3_stream *stream = &iio->stream;
 	struct xy3_block *block;
 
+	lockdep_assert_held(&iio->lock);
 	block = xy3_stream_take(stream, wanted);
 	if (IS_ERR_OR_NULL(block))
 		return PTR_ERR_OR_ZERO(block);

@@ -79,6 +79,7 @@ static int xy3_write_position(struct xy3_iio *iio, unsigned int index, int value
 {
 	u32 position[XY3_COLUMNS_MAX];
 
+	lockdep_assert_held(&iio->lock);
 	if (value < 0 || value > xy3_code_max(&iio->stream.map))
 		return -ERANGE;
 	xy3_stream_position(&iio->stream, position);
@@ -146,6 +147,7 @@ static int xy3_change_bits(struct xy3_iio *iio, unsigned int bits)
 	u32 *position;
 	int err;
 
+	lockdep_assert_held(&iio->lock);
 	err = xy3_stream_resize(&iio->stream, bits);
 	if (err || bits == was)
 		return err;

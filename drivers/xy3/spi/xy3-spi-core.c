@@ -8,6 +8,7 @@
 
 #include <linux/bits.h>
 #include <linux/err.h>
+#include <linux/lockdep.h>
 #include <linux/mod_devicetable.h>
 #include <linux/module.h>
 #include <linux/pm.h>
@@ -29,8 +30,8 @@
  * @lock: held while the line map is changed; protects @signal and @kept
  * @signal: the line map: enum xy3_signal for each line
  * @kept: what the IIO device begins with
- * @iio_lock: protects @iio for commands, which come in any context
- * @iio: the IIO device
+ * @iio_lock: held, too, while @iio is changed; for commands, which come in any context
+ * @iio: the IIO device; see xy3_iio()
  */
 struct xy3_spi {
 	struct xy3_forward forward;
@@ -44,31 +45,53 @@ struct xy3_spi {
 	struct iio_dev *iio;
 };
 
+/* Either of its locks keeps the IIO device where it is */
+static struct iio_dev *xy3_iio(const struct xy3_spi *x)
+{
+	lockdep_assert(lockdep_is_held(&x->lock) || lockdep_is_held(&x->iio_lock));
+	return x->iio;
+}
+
+static void xy3_set_iio(struct xy3_spi *x, struct iio_dev *iio)
+{
+	lockdep_assert_held(&x->lock);
+	lockdep_assert_held(&x->iio_lock);
+	x->iio = iio;
+}
+
 /* ---- for the head ---- */
 
 static int xy3_spi_command(struct xy3_forward *forward, const u8 *frame, size_t size)
 {
 	struct xy3_spi *x = container_of(forward, struct xy3_spi, forward);
 	u32 command = xy3_forward_unpack(frame, size);
+	struct iio_dev *iio;
 
 	guard(spinlock_irqsave)(&x->iio_lock);
-	return x->iio ? xy3_stream_command(xy3_iio_stream(x->iio), command) : -EAGAIN;
+	iio = xy3_iio(x);
+	return iio ? xy3_stream_command(xy3_iio_stream(iio), command) : -EAGAIN;
 }
 
 static unsigned int xy3_spi_room(struct xy3_forward *forward)
 {
 	struct xy3_spi *x = container_of(forward, struct xy3_spi, forward);
 
+	struct iio_dev *iio;
+
 	guard(spinlock_irqsave)(&x->iio_lock);
-	return x->iio ? xy3_stream_command_room(xy3_iio_stream(x->iio)) : 0;
+	iio = xy3_iio(x);
+	return iio ? xy3_stream_command_room(xy3_iio_stream(iio)) : 0;
 }
 
 static int xy3_spi_drain(struct xy3_forward *forward)
 {
 	struct xy3_spi *x = container_of(forward, struct xy3_spi, forward);
 
+	struct iio_dev *iio;
+
 	guard(mutex)(&x->lock);
-	return x->iio ? xy3_stream_drain(xy3_iio_stream(x->iio)) : -ENODEV;
+	iio = xy3_iio(x);
+	return iio ? xy3_stream_drain(xy3_iio_stream(iio)) : -ENODEV;
 }
 
 static const struct xy3_forward_ops xy3_spi_ops = {
@@ -100,19 +123,19 @@ static int xy3_make_iio(struct xy3_spi *x, const u8 *signal)
 		return PTR_ERR(iio);
 	memcpy(x->signal, signal, x->lines);
 	scoped_guard(spinlock_irqsave, &x->iio_lock)
-		x->iio = iio;
+		xy3_set_iio(x, iio);
 	xy3_forward_has_room(&x->forward);
 	return 0;
 }
 
 static void xy3_drop_iio(struct xy3_spi *x)
 {
-	struct iio_dev *iio = x->iio;
+	struct iio_dev *iio = xy3_iio(x);
 
 	if (!iio)
 		return;
 	scoped_guard(spinlock_irqsave, &x->iio_lock)
-		x->iio = NULL;
+		xy3_set_iio(x, NULL);
 	xy3_iio_unregister(iio, &x->kept);
 }
 
@@ -155,7 +178,7 @@ static int xy3_change_map(struct xy3_spi *x, const char *const *words, unsigned 
 	err = xy3_parse_map(x, words, count, signal);
 	if (err)
 		return err;
-	if (x->iio && !xy3_iio_retire(x->iio))
+	if (xy3_iio(x) && !xy3_iio_retire(xy3_iio(x)))
 		return -EBUSY;
 	/* other axes are other channels: another IIO device begins with what this one leaves */
 	xy3_drop_iio(x);
@@ -165,6 +188,12 @@ static int xy3_change_map(struct xy3_spi *x, const char *const *words, unsigned 
 	return err;
 }
 
+static const char *xy3_line_signal(const struct xy3_spi *x, unsigned int line)
+{
+	lockdep_assert_held(&x->lock);
+	return xy3_signal_names[x->signal[line]];
+}
+
 static ssize_t line_map_show(struct device *dev, struct device_attribute *attr, char *buf)
 {
 	struct xy3_spi *x = dev_get_drvdata(dev);
@@ -172,8 +201,7 @@ static ssize_t line_map_show(struct device *dev, struct device_attribute *attr, 
 
 	guard(mutex)(&x->lock);
 	for (unsigned int i = 0; i < x->lines; i++)
-		at += sysfs_emit_at(buf, at, "%s%s", i ? " " : "",
-				    xy3_signal_names[x->signal[i]]);
+		at += sysfs_emit_at(buf, at, "%s%s", i ? " " : "", xy3_line_signal(x, i));
 	return at + sysfs_emit_at(buf, at, "\n");
 }
 
@@ -260,12 +288,15 @@ static int xy3_spi_probe(struct spi_device *spi)
 	err = xy3_first_map(x, signal);
 	if (err)
 		return dev_err_probe(&spi->dev, err, "no line map: lasia,line-map\n");
-	err = xy3_make_iio(x, signal);
+	scoped_guard(mutex, &x->lock)
+		err = xy3_make_iio(x, signal);
 	if (err)
 		return dev_err_probe(&spi->dev, err, "no IIO device\n");
 	err = xy3_forward_attach(&x->forward);
-	if (err)
+	if (err) {
+		guard(mutex)(&x->lock);
 		xy3_drop_iio(x);
+	}
 	return err;
 }
 
@@ -282,9 +313,12 @@ static int xy3_spi_suspend(struct device *dev)
 {
 	struct xy3_spi *x = dev_get_drvdata(dev);
 
+	struct iio_dev *iio;
+
 	guard(mutex)(&x->lock);
-	if (x->iio)
-		xy3_stream_suspend(xy3_iio_stream(x->iio));
+	iio = xy3_iio(x);
+	if (iio)
+		xy3_stream_suspend(xy3_iio_stream(iio));
 	return 0;
 }
 
