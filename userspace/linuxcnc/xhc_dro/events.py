@@ -76,7 +76,10 @@ class Events:
             del self.waiting[0]
             if kind == EV_SYN and code == SYN_DROPPED:
                 self.waiting.clear()
+                self.scan = None
                 self._look_at_all()
+            elif kind == EV_SYN:
+                self.scan = None        # its key came in the same report, or never comes
             elif (kind, code) == (EV_MSC, MSC_SCAN):
                 self.scan = value
             elif kind == EV_KEY and value and self.scan:

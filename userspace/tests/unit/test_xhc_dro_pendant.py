@@ -235,6 +235,18 @@ class TestEvents(Case):
         made.read()
         assert (made.down, made.selector) == ({5}, 3)
 
+    def test_a_scan_code_without_its_key(self):
+        """The kernel drops the key from the queue when its state is read, and only the key."""
+        made = self.opened()
+        self.send((4, 4, 2), REPORT, *selector(1))
+        made.read()
+        assert made.down == set()
+        self.send((4, 4, 2), (0, 3, 0))
+        made.read()
+        self.send(*selector(2))
+        made.read()
+        assert (made.down, made.selector) == (set(), 2)
+
     def test_it_goes(self):
         made = self.opened()
         with mock.patch.object(events.os, 'read', side_effect=OSError(errno.ENODEV, '')):
