@@ -9,10 +9,10 @@ import struct
 from .keys import LAST
 
 EVENT = struct.Struct('llHHi')              # struct input_event
+KEYMAP = struct.Struct('BBHII28x')          # struct input_keymap_entry, scan code of four bytes
 EV_SYN, EV_KEY, EV_REL, EV_ABS, EV_MSC = 0, 1, 2, 3, 4
 SYN_DROPPED = 3
 REL_DIAL, ABS_THROTTLE, ABS_MISC, MSC_SCAN = 7, 6, 0x28, 4
-BUTTONS = 0x2bf                             # BTN_TRIGGER_HAPPY1 is number 1
 KEY_STATE = 0x300 // 8                      # bytes
 
 
@@ -21,6 +21,7 @@ def ask(number, size):
     return 2 << 30 | size << 16 | ord('E') << 8 | number
 
 
+EVIOCGKEYCODE = ask(0x04, KEYMAP.size)      # the second version
 EVIOCGKEY = ask(0x18, KEY_STATE)
 EVIOCGABS = {axis: ask(0x40 + axis, 24) for axis in (ABS_THROTTLE, ABS_MISC)}
 
@@ -50,12 +51,24 @@ class Events:
     def _look_at_all(self):
         state = fcntl.ioctl(self.file, EVIOCGKEY, bytes(KEY_STATE))
         self.down = {number for number in range(1, LAST + 1)
-                     if state[(BUTTONS + number) // 8] >> (BUTTONS + number) % 8 & 1}
+                     if self._is_down(state, self._keycode(number))}
         self.selector = self._position(ABS_MISC)
         try:
             self.rotary = self._position(ABS_THROTTLE)
         except OSError:
             self.rotary = 0             # this model has none
+
+    @staticmethod
+    def _is_down(state, code):
+        return bool(code and state[code // 8] >> code % 8 & 1)
+
+    def _keycode(self, number):
+        """What a layout has for a scan code; 0 is nothing."""
+        try:
+            entry = fcntl.ioctl(self.file, EVIOCGKEYCODE, KEYMAP.pack(0, 4, 0, 0, number))
+        except OSError:
+            return 0                    # this model has fewer keys
+        return KEYMAP.unpack(entry)[3]
 
     def _position(self, axis):
         return struct.unpack_from('i', fcntl.ioctl(self.file, EVIOCGABS[axis], bytes(24)))[0]

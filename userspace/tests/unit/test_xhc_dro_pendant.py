@@ -121,14 +121,19 @@ class Kernel:
         self.down = set()
         self.selector = 0
         self.rotary = None
+        self.layout = {}            # number: key code, of what hwdb has changed
 
-    def ioctl(self, _file, number, _room):
+    def ioctl(self, _file, number, room):
         if number == events.EVIOCGKEY:
             state = bytearray(events.KEY_STATE)
             for each in self.down:
-                code = events.BUTTONS + each
+                code = self.layout.get(each, 0x2bf + each)
                 state[code // 8] |= 1 << code % 8
             return bytes(state)
+        if number == 0x80284504:    # EVIOCGKEYCODE_V2; the scan code has four bytes
+            flags, length, _, _, scan = struct.unpack_from('BBHII', room)
+            assert (flags, length, len(room)) == (0, 4, 40)
+            return struct.pack('BBHI32s', 0, 4, scan, self.layout.get(scan, 0x2bf + scan), room[8:])
         position = self.selector if number == events.EVIOCGABS[0x28] else self.rotary
         if position is None:
             raise OSError(errno.EINVAL, 'Invalid argument')
@@ -209,6 +214,16 @@ class TestEvents(Case):
         self.send(*key(22, 0, 128))
         made.read()
         assert made.down == set()
+
+    def test_what_is_down_with_a_layout(self):
+        """Stop is KEY_STOP, Reset nothing at all; at first, and after events were lost."""
+        self.kernel.layout, self.kernel.down = {22: 128, 23: 0}, {3, 22}
+        made = self.opened()
+        assert made.down == {3, 22}
+        self.kernel.down = {22, 23}
+        self.send((0, 3, 0))
+        made.read()
+        assert made.down == {22}
 
     def test_a_short_press_is_seen(self):
         """Stop, which is down for less than a turn"""
