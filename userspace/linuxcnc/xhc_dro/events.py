@@ -39,6 +39,7 @@ class Events:
         self.file = os.open(os.path.join(where, os.path.basename(nodes[0])),
                             os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
         self.down = set()
+        self.codes = {}                 # number: key code, as it was when the key went down
         self.selector = self.rotary = 0
         self.scan = None                # of the next key
         self.waiting = []               # events still to be looked at
@@ -50,17 +51,14 @@ class Events:
 
     def _look_at_all(self):
         state = fcntl.ioctl(self.file, EVIOCGKEY, bytes(KEY_STATE))
-        self.down = {number for number in range(1, LAST + 1)
-                     if self._is_down(state, self._keycode(number))}
+        self.codes = {number: self._keycode(number) for number in range(1, LAST + 1)}
+        self.down = {number for number, code in self.codes.items()
+                     if code and state[code // 8] >> code % 8 & 1}
         self.selector = self._position(ABS_MISC)
         try:
             self.rotary = self._position(ABS_THROTTLE)
         except OSError:
             self.rotary = 0             # this model has none
-
-    @staticmethod
-    def _is_down(state, code):
-        return bool(code and state[code // 8] >> code % 8 & 1)
 
     def _keycode(self, number):
         """What a layout has for a scan code; 0 is nothing."""
@@ -97,10 +95,12 @@ class Events:
                 self.scan = value
             elif kind == EV_KEY and value and self.scan:
                 self.down.add(self.scan)
+                self.codes[self.scan] = code
                 pressed.add(self.scan)
                 self.scan = None
-            elif kind == EV_KEY:        # the selector's have no scan code
-                self.down.discard(self.scan)
+            elif kind == EV_KEY and not value:      # the selector's have no scan code
+                self.down -= {number for number in self.down
+                              if code == self.codes[number] or number == self.scan}
                 self.scan = None
             elif (kind, code) == (EV_REL, REL_DIAL):
                 detents += value

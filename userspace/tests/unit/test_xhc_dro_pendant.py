@@ -225,6 +225,17 @@ class TestEvents(Case):
         made.read()
         assert made.down == {22}
 
+    def test_two_keys_with_one_code(self):
+        """It goes up with the last of them; neither stays down, and Stop works again."""
+        made = self.opened()
+        for _ in range(2):
+            self.send(*key(22, 1, 128), (4, 4, 3), REPORT)
+            made.read()
+            assert made.down == {22}
+            self.send((4, 4, 22), REPORT, *key(3, 0, 128))
+            made.read()
+            assert made.down == set()
+
     def test_a_short_press_is_seen(self):
         """Stop, which is down for less than a turn"""
         made = self.opened()
