@@ -75,14 +75,16 @@ class Component:
 
     def turn(self):
         """One round. The pin `connected` comes first: a wheel that is gone must not jog."""
+        self._look_for_pendant()
+        detents = self._read()
         now = time.monotonic()
         if now - self.last_turn > self.pins['patience']:
             # HAL has stopped what moved: what was turned and pressed meanwhile does nothing
+            detents = 0
             self._close_events()
             self.next_search = now
+            self._look_for_pendant()
         self.last_turn = now
-        self._look_for_pendant()
-        detents = self._read()
         works = self.events is not None
         if self.pins['connected'] and not works:
             self.macros.report('it is gone')

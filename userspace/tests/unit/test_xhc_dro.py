@@ -189,6 +189,28 @@ class TestComponent(Case):
             self.turn(made)
             assert len(self.hands.paths) == 3
 
+    @pytest.mark.parametrize('place', ['there', 'read'])
+    def test_a_round_that_is_held_up(self, place):
+        """Before it knows what was turned meanwhile; the next round works."""
+        with mock.patch.object(component.time, 'monotonic') as clock:
+            clock.return_value = 100.0
+            made = self.start()
+            self.plug()
+            self.turn(made)
+            self.hands.detents, self.hands.down = 50, {2}
+            of = {'there': made.display, 'read': self.hands}[place]
+            at_once = getattr(of, place)
+
+            def late():
+                clock.return_value = 101.0
+                return at_once()
+
+            with mock.patch.object(of, place, late):
+                self.turn(made)
+            assert made.pins['wheel'] == 0 and self.on() == set()
+            self.hands.detents, self.hands.down = 2, set()
+            assert self.turn(made) and made.pins['wheel'] == 2
+
     def test_udevd_is_waited_for(self):
         made = self.start()
         self.plug()
