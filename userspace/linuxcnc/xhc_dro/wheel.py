@@ -60,6 +60,8 @@ class Wheel:
             following = {'step': 'continuous', 'continuous': 'mpg',
                          'mpg': 'continuous' if self.has_rotary else 'step'}
             self.mode = following[self.mode]
+        if name in ('step', 'mode'):
+            self.way = 0        # what was turned in one mode moves nothing in the next
 
     def _step(self, rotary):
         if not self.has_rotary:

@@ -99,6 +99,17 @@ class TestWheel:
         assert self.at(made, 1.1, 0, 'y') == set()
         assert self.at(made, 1.2, 1, 'y') == {'plus-y'}
 
+    @pytest.mark.parametrize('mode, presses', [('step', 1), ('mpg', 1), ('continuous', 2)])
+    def test_another_mode(self, mode, presses):
+        """What was turned in one mode moves nothing in the next."""
+        made = self.made(mode=mode)
+        self.at(made, 1, 1)
+        for _ in range(presses):
+            made.press('mode')
+        assert made.mode == 'continuous'
+        assert self.at(made, 1.1) == set()
+        assert self.at(made, 1.2, 1) == {'plus-x'}
+
     @pytest.mark.parametrize('at', [{'axis': None}, {'rotary': 7}, {'rotary': 0}])
     def test_no_jog(self, at):
         assert self.at(self.made(mode='continuous'), 1, 1, **at) == set()
