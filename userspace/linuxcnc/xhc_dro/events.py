@@ -72,8 +72,9 @@ class Events:
         return struct.unpack_from('i', fcntl.ioctl(self.file, EVIOCGABS[axis], bytes(24)))[0]
 
     def read(self):
-        """-> detents since the last time, but none from after the selector has moved; OSError when
-        the pendant has gone. A button that goes down and up again is down once before it is up.
+        """-> detents since the last time, but none from after the selector or the rotary has moved,
+        or a key has gone down, which may change what a detent does; OSError when the pendant has
+        gone. A button that goes down and up again is down once before it is up.
         """
         self._fill()
         detents = 0
@@ -82,7 +83,7 @@ class Events:
             _, _, kind, code, value = self.waiting[0]
             if kind == EV_KEY and not value and self.scan in pressed:
                 break
-            if (kind, code) == (EV_ABS, ABS_MISC) and detents:
+            if detents and (kind == EV_ABS or (kind == EV_KEY and value)):
                 break
             del self.waiting[0]
             if kind == EV_SYN and code == SYN_DROPPED:

@@ -89,6 +89,8 @@ class Wheel:
         elif now >= self.ends:
             self.way = 0
         step, percent = self._step(rotary), self._percent(rotary)
+        if not percent:
+            self.way = 0
         found = dict.fromkeys(JOGS, False)
         found.update({'mode-' + mode: mode == self.mode for mode in MODES})
         found['detents'] = self.mode != 'continuous'

@@ -112,7 +112,10 @@ class TestWheel:
 
     @pytest.mark.parametrize('at', [{'axis': None}, {'rotary': 7}, {'rotary': 0}])
     def test_no_jog(self, at):
-        assert self.at(self.made(mode='continuous'), 1, 1, **at) == set()
+        """Neither then nor afterwards"""
+        made = self.made(mode='continuous')
+        assert self.at(made, 1, 1, **at) == set()
+        assert self.at(made, 1.1) == set()
 
     @pytest.mark.parametrize('mode', ['step', 'mpg'])
     def test_other_modes(self, mode):

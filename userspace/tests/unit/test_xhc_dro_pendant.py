@@ -252,6 +252,17 @@ class TestEvents(Case):
         assert (made.read(), made.selector) == (4, 0)
         assert (made.read(), made.selector) == (2, 1)
 
+    @pytest.mark.parametrize('sent, after', [
+        (((3, 6, 6), REPORT), 'rotary'), (key(13, 1), 'down')])
+    def test_detents_are_those_before_another_step(self, sent, after):
+        """Of the rotary, or by a key"""
+        made = self.opened()
+        before = getattr(made, after)
+        before = before if after == 'rotary' else set(before)
+        self.send(detent(4), REPORT, *sent, detent(2), REPORT)
+        assert (made.read(), getattr(made, after)) == (4, before)
+        assert (made.read(), getattr(made, after)) == (2, 6 if after == 'rotary' else {13})
+
     def test_events_were_lost(self):
         made = self.opened()
         self.send(*key(2, 1))
