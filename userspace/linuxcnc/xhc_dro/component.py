@@ -86,13 +86,12 @@ class Component:
             self._look_for_pendant()
         self.last_turn = now
         works = self.events is not None
-        if self.pins['connected'] and not works:
-            self.macros.report('it is gone')
+        lost = self.pins['connected'] and not works
         self.pins['connected'] = works
         self.pins['heartbeat'] = not self.pins['heartbeat']
         selected = (None, *SELECTOR)[self.events.selector] if works else None
         axis = selected if selected in tuple(AXES) else None
-        self._look_at_keys(axis)
+        pressed = self._look_at_keys()
         rotary = self.events.rotary if works else 0
         found = self.wheel.turn(detents, axis, rotary, (
             self.pins['max-velocity'], self.pins['max-angular-velocity']), now)
@@ -101,6 +100,10 @@ class Component:
         for name, value in found.items():
             self.pins[name] = value
         self.pins['wheel'] += detents
+        # only now what LinuxCNC may keep waiting
+        self._run_macros(pressed, axis)
+        if lost:
+            self.macros.report('it is gone')
         if self.display:
             values = {name: self.pins[name] for name in FLOATS_IN + BITS_IN}
             values.update(found)
@@ -109,16 +112,19 @@ class Component:
             values['inch'] = values['inch'] or self.wheel.inch
             self.display.show(self.texts(values, self.options, self.display))
 
-    def _look_at_keys(self, axis):
-        pressed = []
-        if self.events:
-            pressed = self.keys.turn(self.events.down)
-        else:
-            self.macros.drop()
+    def _look_at_keys(self):
+        """-> [name] of what has gone down"""
+        pressed = self.keys.turn(self.events.down) if self.events else []
         for name in self.key_names:
             self.pins['key-' + name] = bool(self.events) and self.keys.is_down(name)
         for name in pressed:
             self.wheel.press(name)
+        return pressed
+
+    def _run_macros(self, pressed, axis):
+        if not self.events:
+            self.macros.drop()
+        for name in pressed:
             if name in ACTIONS + OWNERS:
                 self.macros.start(name, axis and axis.upper())
         self.macros.turn()

@@ -150,6 +150,30 @@ class TestComponent(Case):
         self.turn(made)
         assert len(self.mill.asked) == 1
 
+    def test_the_loss_stops_before_it_is_reported(self):
+        """LinuxCNC may take seconds until it has a message."""
+        made = self.start(MODE='continuous')
+        path = self.plug()
+        self.hands.selector = self.hands.detents = 1
+        assert self.turn(made) and made.pins['plus-x']
+        shutil.rmtree(path)
+        pins = {}
+        with mock.patch.object(self.mill, 'error_msg', lambda text: pins.update(made.pins)):
+            self.turn(made)
+        assert {pins[name] for name in ('connected', 'plus-x', 'select-x')} == {False}
+
+    def test_a_macro_is_refused_after_the_pins(self):
+        made = self.start(MODE='continuous')
+        self.plug()
+        self.hands.selector = self.hands.detents = 1
+        self.mill.now.inpos = False
+        assert self.turn(made) and made.pins['plus-x']
+        self.hands.selector, self.hands.down = 2, {1}
+        pins = {}
+        with mock.patch.object(self.mill, 'error_msg', lambda text: pins.update(made.pins)):
+            self.turn(made)
+        assert not pins['plus-x'] and pins['select-y']
+
     def test_a_loss_while_linuxcnc_ends(self):
         made = self.start()
         path = self.plug()
@@ -261,7 +285,7 @@ class TestComponent(Case):
         shutil.rmtree(path)
         for _ in range(3):
             assert not self.turn(made)
-        assert self.mill.asked == [3, 'G53 G0 Z0.0000000', 'pendant: it is gone', 1]
+        assert self.mill.asked == [3, 'G53 G0 Z0.0000000', 1, 'pendant: it is gone']
 
     @pytest.mark.parametrize('product_id, number, text, name', [
         ('EB70', 7, {}, 'key-zero'), ('EB6E', 9, {}, 'key-zero-x'), ('EB6E', 7, {}, 'key-half-y'),
