@@ -15,6 +15,7 @@ TURN = 0.02             # seconds
 SEARCH = 0.25           # seconds between two looks for a pendant that is not there
 UDEV_TIME = 5.0         # seconds until the group may read, at the latest
 PATIENCE = 0.5          # seconds, see the pin
+SHORTEST = 0.1          # seconds that a key is down for HAL: halui looks every 20 ms, or less often
 
 FLOATS_IN = tuple('%s-%s' % (system, axis) for system in ('work', 'machine') for axis in AXES) + (
     'feed-override', 'spindle-override', 'velocity', 'spindle-speed', 'max-velocity',
@@ -50,6 +51,7 @@ class Component:
         self.display = None
         self.events = None
         self.keys = None
+        self.pressed_at = {}        # name: time
         self.next_search = 0.0
         self.found_at = None
         self.key_names = keys.names([*self.tables.values(), self.table or {}])
@@ -91,7 +93,7 @@ class Component:
         self.pins['heartbeat'] = not self.pins['heartbeat']
         selected = (None, *SELECTOR)[self.events.selector] if works else None
         axis = selected if selected in tuple(AXES) else None
-        pressed = self._look_at_keys()
+        pressed = self._look_at_keys(now)
         rotary = self.events.rotary if works else 0
         found = self.wheel.turn(detents, axis, rotary, (
             self.pins['max-velocity'], self.pins['max-angular-velocity']), now)
@@ -112,11 +114,13 @@ class Component:
             values['inch'] = values['inch'] or self.wheel.inch
             self.display.show(self.texts(values, self.options, self.display))
 
-    def _look_at_keys(self):
+    def _look_at_keys(self, now):
         """-> [name] of what has gone down"""
         pressed = self.keys.turn(self.events.down) if self.events else []
+        self.pressed_at.update(dict.fromkeys(pressed, now))
         for name in self.key_names:
-            self.pins['key-' + name] = bool(self.events) and self.keys.is_down(name)
+            self.pins['key-' + name] = bool(self.events) and (
+                self.keys.is_down(name) or now < self.pressed_at.get(name, 0) + SHORTEST)
         for name in pressed:
             self.wheel.press(name)
         return pressed

@@ -8,6 +8,7 @@ import os
 import re
 import shutil
 import sys
+import time
 from unittest import mock
 
 import pytest
@@ -130,7 +131,9 @@ class TestComponent(Case):
         for _ in range(2):
             assert self.turn(made) and self.on() == {'key-stop', 'select-z'}
         self.hands.down = set()
+        time.sleep(component.SHORTEST)
         self.turn(made)
+        assert self.on() == {'select-z'}
         self.hands.down = {2}
         self.turn(made)
         assert self.on() == {'key-start', 'select-z'}
@@ -327,6 +330,20 @@ class TestComponent(Case):
         self.put(self.driver + '/mine.keys', text + '\n')
         with pytest.raises(ValueError, match=r'mine.keys:\d: not a key'):
             self.start(KEYS='mine.keys')
+
+    def test_a_short_press_is_long_enough(self):
+        """For halui, which looks every 20 ms, and less often while it waits for LinuxCNC"""
+        with mock.patch.object(component.time, 'monotonic') as clock:
+            clock.return_value = 100.0
+            made = self.start()
+            self.plug()
+            self.turn(made)
+            for later, down, on in ((0, {22}, {'key-stop'}), (0.02, set(), {'key-stop'}),
+                                    (0.07, set(), {'key-stop'}), (0.02, set(), set())):
+                clock.return_value += later
+                self.hands.down = down
+                self.turn(made)
+                assert self.on() == on
 
     def test_heartbeat(self):
         made = self.start()
