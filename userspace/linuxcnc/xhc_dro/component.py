@@ -81,8 +81,12 @@ class Component:
         detents = self._read()
         now = time.monotonic()
         if now - self.last_turn > self.pins['patience']:
-            # HAL has stopped what moved: what was turned and pressed meanwhile does nothing
+            # HAL has stopped what moved: what was turned and pressed meanwhile does nothing,
+            # but for the keys that stop: a program may be running
             detents = 0
+            if self.events:
+                stops = self.keys.stops(self.events.touched())
+                self.pressed_at.update(dict.fromkeys(stops, now))
             self._close_events()
             self.next_search = now
             self._look_for_pendant()

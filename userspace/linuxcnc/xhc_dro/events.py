@@ -111,6 +111,11 @@ class Events:
                 self.rotary = value
         return detents
 
+    def touched(self):
+        """-> the numbers of the keys that are down, or go down or up in the events that wait"""
+        return self.down | {value for _, _, kind, code, value in self.waiting
+                            if (kind, code) == (EV_MSC, MSC_SCAN)}
+
     def _fill(self):
         while True:
             try:

@@ -68,5 +68,10 @@ class Keys:
                 pressed.append(name)
         return pressed
 
+    def stops(self, numbers):
+        """-> [name] of those of these keys that stop"""
+        names = {self.table.get(number, ('',))[0] for number in numbers}
+        return [name for name in STOPS if name in names]
+
     def is_down(self, name):
         return name in self.held.values()

@@ -30,6 +30,7 @@ class Hands:
         self.selector = 0
         self.rotary = 0
         self.detents = 0
+        self.was_touched = set()
         self.trouble = None
         self.paths = []             # of those that have been opened
         self.open = 0
@@ -46,6 +47,9 @@ class Hands:
             raise self.trouble
         detents, self.detents = self.detents, 0
         return detents
+
+    def touched(self):
+        return self.was_touched | self.down
 
     def close(self):
         self.open -= 1
@@ -237,6 +241,22 @@ class TestComponent(Case):
             assert made.pins['wheel'] == 0 and self.on() == set()
             self.hands.detents, self.hands.down = 2, set()
             assert self.turn(made) and made.pins['wheel'] == 2
+
+    def test_stop_in_a_late_round(self):
+        """It is the one key that works, also if it has been released meanwhile."""
+        with mock.patch.object(component.time, 'monotonic') as clock:
+            clock.return_value = 100.0
+            made = self.start()
+            self.plug()
+            self.turn(made)
+            clock.return_value += 1
+            self.hands.was_touched = {2, 22}
+            self.turn(made)
+            assert self.on() == {'key-stop'}
+            self.hands.was_touched = set()
+            clock.return_value += component.SHORTEST
+            self.turn(made)
+            assert self.on() == set()
 
     def test_udevd_is_waited_for(self):
         made = self.start()

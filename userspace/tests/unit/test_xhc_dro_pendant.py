@@ -284,6 +284,13 @@ class TestEvents(Case):
         made.read()
         assert (made.down, made.selector) == (set(), 2)
 
+    def test_touched(self):
+        """All keys that were down since the last time, however much is still to be looked at"""
+        made = self.opened()
+        self.send(*key(22, 1), *key(22, 0), *selector(2), *key(2, 1), *key(2, 0), *key(5, 1))
+        made.read()
+        assert made.down == {22} and made.touched() == {2, 5, 22}
+
     def test_it_goes(self):
         made = self.opened()
         with mock.patch.object(events.os, 'read', side_effect=OSError(errno.ENODEV, '')):
