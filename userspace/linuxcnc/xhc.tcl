@@ -132,7 +132,7 @@ proc xhc::filter {} {
 		hal addf $name $thread
 		hal setp $name.scale 1000
 		hal setp $name.gain [setting FILTER $letter]
-		hal net xhc.wheel $name.in
+		hal net xhc.wheel-[string index $name end] $name.in
 		hal net $smooth($letter) $name.out
 	}
 }

@@ -25,7 +25,7 @@ SELECTOR = ('x', 'y', 'z', 'a', 'feed', 'spindle', 'b', 'c')        # position 0
 BITS_OUT = ('connected', 'heartbeat', 'detents') + JOGS + tuple(
     'mode-' + mode for mode in MODES) + tuple('select-' + name for name in SELECTOR)
 FLOATS_OUT = ('step', 'jog-speed') + tuple('step-' + axis for axis in AXES)
-NUMBERS_OUT = ('wheel', 'rotary')
+NUMBERS_OUT = ('wheel', 'rotary') + tuple('wheel-' + name for name in SELECTOR)
 
 
 def texts(values, options, display):
@@ -106,6 +106,8 @@ class Component:
         for name, value in found.items():
             self.pins[name] = value
         self.pins['wheel'] += detents
+        if selected and (found['detents'] or not axis):
+            self.pins['wheel-' + selected] += detents
         # only now what LinuxCNC may keep waiting
         self._run_macros(pressed, axis)
         if lost:

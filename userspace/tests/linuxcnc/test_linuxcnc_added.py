@@ -9,6 +9,7 @@ import re
 import shutil
 import subprocess
 import sys
+import time
 
 import pytest
 
@@ -230,6 +231,24 @@ class TestSettings(Case):
             self.moves('y', {'joint.1.pos-fb'})
             self.moves('z', {'joint.2.pos-fb'})
             self.mill.home(2)
+
+    def test_a_filter_moves_no_other_axis(self):
+        """It goes on for seconds after the wheel; what was turned elsewhere moves no other axis."""
+        self.start(Machine.of_our_own(settings='FILTER = 0.0003\nSTEPS = 1\n'))
+        self.mill.switch_on()
+        self.mill.home(2)
+        for name, other in (('off', 'x'), ('x', 'y')):
+            self.before = int(pin('xhc-dro.wheel'))
+            self.select(name)
+            self.turn(20)
+            self.counted(20)
+            self.select(other)
+            joint = 'joint.%d.pos-fb' % 'xy'.index(other)
+            before = pin(joint)
+            time.sleep(2)
+            assert pin(joint) == before
+        self.turn(2)
+        self.mill.wait(lambda: abs(float(pin('joint.1.pos-fb')) - 2) < 0.01)
 
     def test_velocity_and_continuous(self):
         """MPG: motion ends with the wheel's. Continuous: it goes on while the wheel turns."""

@@ -283,6 +283,27 @@ class TestComponent(Case):
             self.turn(made)
             assert made.pins['wheel'] == counts
 
+    def test_counts_are_those_of_the_selected(self):
+        """Whatever is behind them, a filter for instance, moves nothing else."""
+        made = self.start()
+        self.plug()
+        for selector, name in enumerate((None, *component.SELECTOR)):
+            self.hands.selector, self.hands.detents = selector, 3
+            self.turn(made)
+            assert {each for each in component.SELECTOR if made.pins['wheel-' + each]} == (
+                {name} if name else set())
+            if name:
+                assert made.pins['wheel-' + name] == 3
+                made.pins['wheel-' + name] = 0
+
+    def test_no_counts_of_an_axis_in_the_mode_continuous(self):
+        made = self.start(MODE='continuous')
+        self.plug()
+        for selector, counts in ((1, 0), (5, 2)):
+            self.hands.selector, self.hands.detents = selector, 2
+            self.turn(made)
+            assert made.pins['wheel-' + component.SELECTOR[selector - 1]] == counts
+
     def test_steps(self):
         """An HB04's two keys, and a factor of an axis"""
         made = self.start(SCALE_Y='-2')
@@ -492,8 +513,17 @@ class TestFiles(Case):
                  if not name.startswith('key-')}
         assert wired == set(component.FLOATS_IN + component.BITS_IN + component.BITS_OUT +
                             component.FLOATS_OUT + component.NUMBERS_OUT) - {
-            'inch', 'show-machine', 'max-velocity', 'max-angular-velocity', 'patience', 'step',
-            'rotary', 'mode-step', 'mode-continuous'}
+            'wheel', 'inch', 'show-machine', 'max-velocity', 'max-angular-velocity', 'patience',
+            'step', 'rotary', 'mode-step', 'mode-continuous'}
+
+    def test_each_input_has_counts_of_its_own(self):
+        jog = product('xhc-jog.hal')
+        for name in wheel.AXES:
+            assert re.search(r'^net xhc\.wheel-%s => axis\.%s\.jog-counts joint\.\d\.jog-counts$' %
+                             (name, name), jog, re.M)
+        assert 'net xhc.wheel-feed => halui.feed-override.counts\n' in jog
+        assert 'net xhc.wheel-spindle => halui.spindle.0.override.counts\n' in jog
+        assert not re.search(r'xhc\.wheel(?!-)', jog + product('xhc-dro.hal') + product('xhc.tcl'))
 
     def test_no_component_has_more_names_than_it_takes(self):
         for line in re.findall(r'^loadrt \S+ names=(\S+)', product('xhc-jog.hal'), re.M):
