@@ -161,7 +161,7 @@ class Component:
                 self.say('%s: %s' % (self.display.path, error.strerror))
                 self.found_at = None        # once
             return
-        table = self.table or self._table_of(self.display.path)
+        table = self._table_of(self.display.path) if self.table is None else self.table
         self.keys = keys.Keys(table, self.events.down)
 
     def _table_of(self, path):

@@ -344,6 +344,16 @@ class TestComponent(Case):
         self.turn(made)
         assert self.on() == {name}
 
+    def test_a_table_of_nothing(self):
+        """No key does anything then, rather than what is usual."""
+        self.put(self.driver + '/mine.keys', '# none\n')
+        made = self.start(KEYS='mine.keys')
+        self.plug()
+        self.turn(made)
+        self.hands.down = {2, 22}
+        self.turn(made)
+        assert self.on() == set()
+
     def test_keys_that_run_macros(self):
         made = self.start()
         self.plug('0003:10CE:EB6E.0001')
