@@ -3,6 +3,7 @@
 moves as long as the wheel turns.
 """
 
+import math
 import os
 
 AXES = 'xyzabc'
@@ -17,6 +18,14 @@ ROTARY_STEPS = {1: 0.001, 2: 0.01, 3: 0.1, 4: 1.0, 5: 5.0, 6: 10.0}
 ROTARY_PERCENT = {1: 2, 2: 5, 3: 10, 4: 30, 5: 60, 6: 100}
 MPG_LENGTH = 0.1
 FILTERED = 1000             # counts of a detent behind a filter, see xhc.tcl
+
+
+def finite(text):
+    """A position that is no number would be commanded without an error."""
+    value = float(text)
+    if not math.isfinite(value):
+        raise ValueError('%s in [XHC] is not a number that a step can have' % text)
+    return value
 
 
 class Wheel:
@@ -34,12 +43,12 @@ class Wheel:
         self.lengths = INCHES if self.inch else MILLIMETRES
         words = find('XHC', 'STEPS')
         if words:
-            self.lengths = tuple(float(word) for word in words.split())
+            self.lengths = tuple(finite(word) for word in words.split())
         self.has_a = 'A' in (find('TRAJ', 'COORDINATES') or '').upper()
         self.scales = {}
         self.signs = {}
         for axis in AXES:
-            scale = float(find('XHC', 'SCALE_' + axis.upper()) or find('XHC', 'SCALE') or 1)
+            scale = finite(find('XHC', 'SCALE_' + axis.upper()) or find('XHC', 'SCALE') or 1)
             filtered = find('XHC', 'FILTER_' + axis.upper()) or find('XHC', 'FILTER')
             self.scales[axis] = scale / FILTERED if filtered else scale
             self.signs[axis] = -1 if scale < 0 else 1

@@ -473,7 +473,9 @@ class TestProgram:
 
     def test_an_ini_that_is_wrong(self):
         with mock.patch.dict(os.environ, INI_FILE_NAME='/none/mill.ini'):
-            for name, text in (('KEYS', 'none.keys'), ('MODE', 'fast'), ('STEPS', 'one')):
+            for name, text in (('KEYS', 'none.keys'), ('MODE', 'fast'), ('STEPS', 'one'),
+                               ('STEPS', '0.1 nan'), ('STEPS', 'inf'), ('SCALE', 'nan'),
+                               ('SCALE_Z', '-inf')):
                 status, said = self.main(texts={('XHC', name): text})
                 assert status == 1 and len(said) == 1
 
