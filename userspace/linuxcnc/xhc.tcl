@@ -109,6 +109,15 @@ proc xhc::net {signal pins} {
 	}
 }
 
+# [XHC]NAME: a part of 1, without which an axis may swing, or never stop
+proc xhc::part {name letter} {
+	set value [setting $name $letter]
+	if {![string is double -strict $value] || !($value > 0 && $value <= 1)} {
+		fail "\[XHC\]$name is $value, and not above 0 and up to 1"
+	}
+	return $value
+}
+
 # [XHC]FILTER: the gain of a filter behind the wheel; xhc-dro makes the steps shorter by its scale
 proc xhc::filter {} {
 	variable letters
@@ -131,7 +140,7 @@ proc xhc::filter {} {
 		set letter [string toupper [string index $name end]]
 		hal addf $name $thread
 		hal setp $name.scale 1000
-		hal setp $name.gain [setting FILTER $letter]
+		hal setp $name.gain [part FILTER $letter]
 		hal net xhc.wheel-[string index $name end] $name.in
 		hal net $smooth($letter) $name.out
 	}
@@ -142,12 +151,11 @@ proc xhc::acceleration {} {
 	variable letters
 	set number 0
 	foreach letter $letters {
-		set fraction [setting ACCELERATION $letter]
-		if {$fraction != ""} {
+		if {[setting ACCELERATION $letter] != ""} {
 			set axis axis.[string tolower $letter]
 			foreach pin [concat [pins_for $axis.jog-accel-fraction] \
 					[pins_for joint.$number.jog-accel-fraction]] {
-				hal setp $pin $fraction
+				hal setp $pin [part ACCELERATION $letter]
 			}
 		}
 		incr number
@@ -185,6 +193,7 @@ proc xhc::run {name} {
 # `override`: what a detent or a press of a key is of the feed and the spindle
 proc xhc::add {model override} {
 	variable thread
+	variable smooth
 	if {![pin_exists halui.machine.is-on]} {
 		hal loadusr -Wn halui halui -ini $::env(INI_FILE_NAME)
 	}
@@ -196,7 +205,11 @@ proc xhc::add {model override} {
 	if {$phys != ""} {
 		set phys [list --phys $phys]
 	}
-	hal loadusr -W xhc-dro --model $model {*}$phys
+	set filtered {}
+	if {[array size smooth]} {
+		set filtered [list --filtered [string tolower [join [array names smooth] ""]]]
+	}
+	hal loadusr -W xhc-dro --model $model {*}$phys {*}$filtered
 	foreach {pin name} {max-velocity MAX_LINEAR_VELOCITY max-angular-velocity MAX_ANGULAR_VELOCITY} {
 		if {[info exists ::TRAJ($name)]} {
 			hal setp xhc-dro.$pin [lindex $::TRAJ($name) 0]

@@ -28,6 +28,8 @@ def parser():
     words = argparse.ArgumentParser(
         prog='xhc-dro', description="LinuxCNC's positions on the display of an XHC pendant, "
         'and what its keys do by MDI: a HAL component, to be started by loadusr.')
+    words.add_argument('-f', '--filtered', metavar='AXES', default='',
+                       help='axes whose wheel has a filter, in which a detent is 1000 counts: xyz')
     words.add_argument('-m', '--model', choices=sorted(MODELS), default='hb04',
                        help='the model of the pendant (default: hb04, which is for an HB03, too)')
     words.add_argument('-n', '--name', default='xhc-dro',

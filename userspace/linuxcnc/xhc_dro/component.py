@@ -46,7 +46,7 @@ class Component:
         self.texts, has_rotary = MODELS[options.model]
         self.tables = keys.shipped()
         self.table = self._owners_table(linuxcnc)
-        self.wheel = Wheel(linuxcnc, has_rotary)
+        self.wheel = Wheel(linuxcnc, has_rotary, options.filtered)
         self.macros = Macros(linuxcnc, say)
         self.display = None
         self.events = None

@@ -30,10 +30,10 @@ def finite(text):
 
 class Wheel:
     """From the ini: the machine's unit, and [XHC]STEPS, if they are not those of the unit; of each
-    axis SCALE_X and so on, a factor of its steps, and whether it has a FILTER_X
+    axis SCALE_X and so on, a factor of its steps. `filtered` are the axes behind a filter.
     """
 
-    def __init__(self, linuxcnc, has_rotary):
+    def __init__(self, linuxcnc, has_rotary, filtered=''):
         self.has_rotary = has_rotary
         path = os.environ.get('INI_FILE_NAME')
         find = linuxcnc.ini(path).find if path else lambda section, name: None
@@ -49,8 +49,7 @@ class Wheel:
         self.signs = {}
         for axis in AXES:
             scale = finite(find('XHC', 'SCALE_' + axis.upper()) or find('XHC', 'SCALE') or 1)
-            filtered = find('XHC', 'FILTER_' + axis.upper()) or find('XHC', 'FILTER')
-            self.scales[axis] = scale / FILTERED if filtered else scale
+            self.scales[axis] = scale / FILTERED if axis in filtered else scale
             self.signs[axis] = -1 if scale < 0 else 1
         self.index = 0
         self.mode = find('XHC', 'MODE') or 'step'

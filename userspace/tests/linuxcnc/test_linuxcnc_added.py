@@ -217,8 +217,9 @@ class TestAdded(Case):
 
 class TestSettings(Case):
     def test_scale_filter_and_acceleration(self):
+        """Also in a second section [XHC], which only HAL reads"""
         self.start(Machine.of_our_own(settings=(
-            'SCALE_X = -2\nFILTER = 0.02\nFILTER_Y = 0.5\nACCELERATION_Z = 0.25\n')))
+            'SCALE_X = -2\n[XHC]\nFILTER = 0.02\nFILTER_Y = 0.5\nACCELERATION_Z = 0.25\n')))
         for name, value in (('axis.z.jog-accel-fraction', 0.25), ('axis.x.jog-accel-fraction', 1),
                             ('joint.2.jog-accel-fraction', 0.25)):
             assert float(pin(name)) == value
@@ -231,6 +232,12 @@ class TestSettings(Case):
             self.moves('y', {'joint.1.pos-fb'})
             self.moves('z', {'joint.2.pos-fb'})
             self.mill.home(2)
+
+    @pytest.mark.parametrize('setting', ['FILTER = 1.5', 'FILTER_Y = nan', 'ACCELERATION = 0'])
+    def test_no_part_of_one(self, setting):
+        machine = Machine.of_our_own(settings=setting + '\n')
+        assert find.wait(lambda: machine.process.poll() is not None, PATIENCE)
+        assert ', and not above 0 and up to 1' in machine.said()
 
     def test_a_filter_moves_no_other_axis(self):
         """It goes on for seconds after the wheel; what was turned elsewhere moves no other axis."""

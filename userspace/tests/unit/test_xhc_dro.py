@@ -318,6 +318,13 @@ class TestComponent(Case):
             assert made.pins['step-y'] == -2 * step
             assert self.get(path, 'step').startswith(str(round(1000 * step)))
 
+    def test_filtered(self):
+        made = self.start('--filtered', 'yz')
+        self.plug()
+        self.turn(made)
+        assert [made.pins['step-' + axis] for axis in 'xyz'] == [0.001, 1e-6, 1e-6]
+        assert '{*}$phys {*}$filtered' in product('xhc.tcl')
+
     def test_no_further_line_when_the_pendant_is_gone(self):
         """It has the key Stop."""
         made = self.start()

@@ -34,12 +34,12 @@ class TestKeys:
 
 class TestWheel:
     @staticmethod
-    def made(has_rotary=True, mode='step', **texts):
+    def made(has_rotary=True, mode='step', filtered='', **texts):
         mill = Linuxcnc()
         mill.texts = {('TRAJ' if name == 'LINEAR_UNITS' else 'XHC', name): text
                       for name, text in texts.items()}
         with mock.patch.dict(os.environ, INI_FILE_NAME='mill.ini'):
-            made = wheel.Wheel(mill, has_rotary)
+            made = wheel.Wheel(mill, has_rotary, filtered)
         made.mode = mode
         return made
 
@@ -60,7 +60,9 @@ class TestWheel:
     @pytest.mark.parametrize('texts, axis, length', [
         ({}, 'x', 1), ({'SCALE': '-1'}, 'x', -1), ({'SCALE_A': '10'}, 'a', 10),
         ({'SCALE_A': '10'}, 'x', 1), ({'SCALE': '2', 'SCALE_Z': '-0.5'}, 'z', -0.5),
-        ({'FILTER': '0.1'}, 'x', 0.001), ({'FILTER_Y': '0.1', 'SCALE_Y': '-1'}, 'y', -0.001)])
+        ({'filtered': 'xz'}, 'z', 0.001), ({'filtered': 'y', 'SCALE_Y': '-1'}, 'y', -0.001),
+        # what has a filter is xhc.tcl's to decide, which reads the ini in another way
+        ({'FILTER': '0.1'}, 'x', 1)])
     def test_scale(self, texts, axis, length):
         self.at(self.made(**texts))
         assert self.found['step'] == 1
