@@ -211,8 +211,11 @@ proc xhc::add {model override} {
 	}
 	hal loadusr -W xhc-dro --model $model {*}$phys {*}$filtered
 	foreach {pin name} {max-velocity MAX_LINEAR_VELOCITY max-angular-velocity MAX_ANGULAR_VELOCITY} {
-		if {[info exists ::TRAJ($name)]} {
-			hal setp xhc-dro.$pin [lindex $::TRAJ($name) 0]
+		# stepconf writes that of angular axes for the screen only
+		foreach section {DISPLAY TRAJ} {
+			if {[info exists ::${section}($name)]} {
+				hal setp xhc-dro.$pin [lindex [set ::${section}($name)] 0]
+			}
 		}
 	}
 	run xhc-dro.hal

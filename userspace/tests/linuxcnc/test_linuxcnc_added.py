@@ -219,7 +219,11 @@ class TestSettings(Case):
     def test_scale_filter_and_acceleration(self):
         """Also in a second section [XHC], which only HAL reads"""
         self.start(Machine.of_our_own(settings=(
-            'SCALE_X = -2\n[XHC]\nFILTER = 0.02\nFILTER_Y = 0.5\nACCELERATION_Z = 0.25\n')))
+            'SCALE_X = -2\n[XHC]\nFILTER = 0.02\nFILTER_Y = 0.5\nACCELERATION_Z = 0.25\n'
+            '[DISPLAY]\nMAX_ANGULAR_VELOCITY = 30\n')))
+        # as stepconf writes it, which has none in [TRAJ]
+        assert float(pin('xhc-dro.max-angular-velocity')) == 30
+        assert float(pin('xhc-dro.max-velocity')) == 50
         for name, value in (('axis.z.jog-accel-fraction', 0.25), ('axis.x.jog-accel-fraction', 1),
                             ('joint.2.jog-accel-fraction', 0.25)):
             assert float(pin(name)) == value
