@@ -55,8 +55,10 @@ def actions(device):
             yield 'selector', POSITIONS[event.value]
         elif event.type == ecodes.EV_ABS and event.code == ecodes.ABS_THROTTLE:
             yield 'rotary', event.value
-        elif event.type == ecodes.EV_SYN and event.code == ecodes.SYN_DROPPED:
-            yield from rotaries(device)                 # this program was too slow
+        elif event.type == ecodes.EV_SYN:
+            scan = 0                                    # its key was in the same report
+            if event.code == ecodes.SYN_DROPPED:
+                yield from rotaries(device)             # this program was too slow
 
 
 def main():
