@@ -22,6 +22,8 @@ FLOATS_IN = tuple('%s-%s' % (system, axis) for system in ('work', 'machine') for
     'max-angular-velocity', 'patience')
 BITS_IN = ('running', 'paused', 'inch', 'reset', 'show-machine')
 SELECTOR = ('x', 'y', 'z', 'a', 'feed', 'spindle', 'b', 'c')        # position 0 is off
+POSITIONS = (None, *SELECTOR)
+POSITIONS_HB03 = (None, 'x', 'y', 'z', None, 'feed', 'spindle')     # its fourth is a speed, not A
 BITS_OUT = ('connected', 'heartbeat', 'detents') + JOGS + tuple(
     'mode-' + mode for mode in MODES) + tuple('select-' + name for name in SELECTOR)
 FLOATS_OUT = ('step', 'jog-speed') + tuple('step-' + axis for axis in AXES)
@@ -51,6 +53,7 @@ class Component:
         self.display = None
         self.events = None
         self.keys = None
+        self.positions = POSITIONS
         self.pressed_at = {}        # name: time
         self.next_search = 0.0
         self.found_at = None
@@ -95,7 +98,7 @@ class Component:
         lost = self.pins['connected'] and not works
         self.pins['connected'] = works
         self.pins['heartbeat'] = not self.pins['heartbeat']
-        selected = (None, *SELECTOR)[self.events.selector] if works else None
+        selected = self.positions[self.events.selector] if works else None
         axis = selected if selected in tuple(AXES) else None
         pressed = self._look_at_keys(now)
         rotary = self.events.rotary if works else 0
@@ -161,14 +164,13 @@ class Component:
                 self.say('%s: %s' % (self.display.path, error.strerror))
                 self.found_at = None        # once
             return
-        table = self._table_of(self.display.path) if self.table is None else self.table
-        self.keys = keys.Keys(table, self.events.down)
-
-    def _table_of(self, path):
-        """The names in sysfs are bus:vendor:product.number."""
-        product = os.path.basename(path)[10:14]
+        # the names in sysfs are bus:vendor:product.number
+        product = os.path.basename(self.display.path)[10:14]
         default = 'whb04b' if self.wheel.has_rotary else 'hb04-18'
-        return self.tables[keys.TABLES.get(product, default)]
+        name = keys.TABLES.get(product, default)
+        self.positions = POSITIONS_HB03 if name == 'hb03' else POSITIONS
+        table = self.tables[name] if self.table is None else self.table
+        self.keys = keys.Keys(table, self.events.down)
 
     def _read(self):
         """-> detents"""

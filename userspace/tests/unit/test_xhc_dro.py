@@ -203,6 +203,15 @@ class TestComponent(Case):
         rows = self.get(path, 'position').split()
         assert rows == [first, '2.5000', '3.5000'] * 2
 
+    @pytest.mark.parametrize('product_id, on', [('EB70', {'select-a'}), ('EB6E', set())])
+    def test_the_speed_of_an_hb03(self, product_id, on):
+        """It is where an HB04 has A, and must not move one."""
+        made = self.start(COORDINATES='XYZA', MODE='continuous')
+        self.plug('0003:10CE:%s.0001' % product_id)
+        self.hands.selector, self.hands.detents = 4, 1
+        self.turn(made)
+        assert self.on() == on and made.pins['plus-a'] == bool(on)
+
     def test_a_late_round(self):
         """What was done to the pendant meanwhile does nothing."""
         with mock.patch.object(component.time, 'monotonic') as clock:
