@@ -6,6 +6,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <libxy3.h>
+#include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -17,6 +18,7 @@
 #include "number.h"
 
 #define RATE_MAX 100000000
+#define WAIT_MS 100		/* maximum delay of a signal that is not noticed at once */
 #define BUFFER_SCANS 4096	/* kept in the kernel: 41 ms at 100 000 frames/s */
 
 struct forward {
@@ -206,7 +208,7 @@ static int iio_start(struct forward *forward)
 		return status;
 	snprintf(name, sizeof(name), "/dev/%s", forward->head.iio);
 	forward->fd = open(name, O_WRONLY | O_CLOEXEC);
-	if (forward->fd < 0)
+	if (forward->fd < 0 || fcntl(forward->fd, F_SETFL, O_WRONLY | O_NONBLOCK))
 		return iio_failed(forward, name, -errno);
 	head_read_iio(&forward->head, "underruns", &forward->underruns);
 	forward->sent = iio_sent(forward);
@@ -221,6 +223,7 @@ static int iio_start(struct forward *forward)
 static int iio_write(struct forward *forward, const uint32_t *codes, size_t scans, size_t *written)
 {
 	static uint32_t data[1024 * FORWARD_COLUMNS_MAX];	/* little endian */
+	struct pollfd file = { .fd = forward->fd, .events = POLLOUT };
 	size_t size = 4 * (forward->axes + forward->gate);
 	ssize_t taken;
 
@@ -234,6 +237,11 @@ static int iio_write(struct forward *forward, const uint32_t *codes, size_t scan
 		return CLI_OK;
 	}
 	*written = 0;
+	if (errno == EAGAIN) {
+		/* a signal just before a blocking write() would be noticed after it only */
+		poll(&file, 1, WAIT_MS);
+		return CLI_OK;
+	}
 	if (errno == EINTR)
 		return CLI_OK;
 	if (errno == ENODEV)
