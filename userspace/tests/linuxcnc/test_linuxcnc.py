@@ -615,6 +615,30 @@ class TestKeys(Case):
         self.press('Stop', self.still)
         self.assert_stopped(end)
 
+    def test_start_pauses_and_resumes(self):
+        """Of a program that another key, Stop, ends"""
+        screen = Screen()
+        self.add_cleanup(lambda: screen.mode('MANUAL'))
+        with open(HOME + '/program.ngc', 'w', encoding='ascii') as file:
+            file.write('G21 G90 G94\nG1 F60 X30\nM2\n')
+        screen.mode('AUTO')
+        screen.command.program_open(HOME + '/program.ngc')
+        assert screen.command.wait_complete(PATIENCE) == screen.linuxcnc.RCS_DONE
+        screen.mode('MANUAL')
+        place = position('x')
+        for _ in range(2):
+            self.press('Start/Pause', lambda: is_true('halui.program.is-running'))
+            self.mill.wait(lambda: position('x') > place + 0.1)
+            self.press('Start/Pause', lambda: is_true('halui.program.is-paused'))
+            self.mill.wait(lambda: float(pin('motion.current-vel')) == 0)
+            place = position('x')
+        self.press('Stop', lambda: is_true('halui.program.is-idle'))
+        assert place < 25
+
+    def test_spindle(self):
+        self.press('Spindle', lambda: is_true('halui.spindle.0.is-on'))
+        self.press('Spindle', lambda: not is_true('halui.spindle.0.is-on'))
+
     def test_reset_is_the_emergency_stop(self):
         end = self.long_jog()
         self.press('Reset', lambda: is_true('halui.estop.is-activated'))

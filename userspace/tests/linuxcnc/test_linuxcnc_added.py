@@ -64,6 +64,9 @@ class Machine(test_linuxcnc.Mill):
         text = re.sub(r'(?m)^( *HALFILE *= *LIB:basic_sim.tcl) *$',
                       r'\1 -no_use_hal_manualtoolchange', text)
         text = re.sub(r'(?m)^ *HALFILE *= *axis_manualtoolchange.hal *\n', '', text)
+        # of which LinuxCNC lets no wheel move one before homing
+        self.homed_together = {int(number) for number in re.findall(
+            r'(?m)^ *\[JOINT_(\d+)\](?:\n(?! *\[).*)*?\n *HOME_SEQUENCE *= *-', text)}
         last = [match.end() for match in re.finditer(r'(?m)^ *HALFILE *=.*\n', text)][-1]
         with open(path, 'w', encoding='utf-8') as file:
             file.write(text[:last] + 'HALFILE = more.hal\n' + ADDED % model + text[last:])
@@ -140,15 +143,13 @@ class Case(test_linuxcnc.Case):
         return test_linuxcnc.seen([name])[name] is None
 
     def works(self, joints, step='0.001'):
-        """`joints`: {axis: numbers}; `step`: the first of an HB04. LinuxCNC lets no wheel move
-        joints that are homed together before they are.
-        """
+        """`joints`: {axis: numbers}; `step`: the first of an HB04"""
         self.mill.switch_on()
         if step:
             assert pin('xhc-dro.step') == step
             self.step('0.1')
         for axis, numbers in joints.items():
-            if len(numbers) == 1:
+            if not self.mill.homed_together & set(numbers):
                 with row(axis=axis):
                     self.moves(axis, {'joint.%d.pos-fb' % number for number in numbers})
         last = max(number for numbers in joints.values() for number in numbers)
@@ -162,12 +163,13 @@ class TestAdded(Case):
     @pytest.mark.parametrize('name, joints', [
         ('axis/axis_mm.ini', XYZ), ('axis/axis.ini', XYZ), ('axis/minimal_xyz.ini', XYZ),
         ('axis/axis_9axis.ini', {**XYZ, 'a': (3,)}), ('gmoccapy/gmoccapy.ini', XYZ),
+        ('axis/wrapped_rotary/wrapped_rotary.ini', {**XYZ, 'a': (3,)}),
         ('axis/lathe.ini', {'x': (0,), 'z': (1,)}),
         ('axis/gantry/gantry_mm.ini', {'x': (0,), 'y': (1, 2), 'z': (3,)})])
     def test_samples(self, name, joints):
         folder, _, ini = name.rpartition('/')
         self.start(Machine(SAMPLES + '/' + folder, ini))
-        millimetres = ini in ('axis_mm.ini', 'gmoccapy.ini', 'gantry_mm.ini')
+        millimetres = ini in ('axis_mm.ini', 'gmoccapy.ini', 'gantry_mm.ini', 'wrapped_rotary.ini')
         self.works(joints, '0.001' if millimetres else '0.0001')
 
     @pytest.mark.parametrize('name, step', [('stepconf', '0.001'), ('pncconf', '0.0001')])
@@ -213,6 +215,11 @@ class TestAdded(Case):
             'net mpg iocontrol.0.tool-prep-number => axis.x.jog-counts\n')
         assert find.wait(lambda: machine.process.poll() is not None, PATIENCE)
         assert 'axis.x.jog-counts is wired to mpg already' in machine.said()
+
+    def test_what_is_loaded_already(self):
+        machine = Machine.of_our_own('loadrt edge names=mine\n')
+        assert find.wait(lambda: machine.process.poll() is not None, PATIENCE)
+        assert 'another file loads edge: add these names there' in machine.said()
 
 
 class TestSettings(Case):
