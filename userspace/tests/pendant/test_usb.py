@@ -25,10 +25,6 @@ def usb_device(path):
     return os.path.dirname(os.path.dirname(path))
 
 
-def endpoints(interface):
-    return [name for name in os.listdir(interface) if name.startswith('ep_')]
-
-
 class TestIdentity(Case):
     def test_every_model(self):
         for model in MODELS.values():
@@ -49,8 +45,8 @@ class TestIdentity(Case):
         for model, size in (('HB04', '0040'), ('WHB04B', '0008')):
             pendant = self.plug_usb(model)
             interface = os.path.dirname(pendant.path)
-            # the USB core adds them after the driver has bound
-            assert find.wait(lambda where=interface: endpoints(where) == ['ep_81'], rig.PATIENCE)
+            endpoints = [name for name in os.listdir(interface) if name.startswith('ep_')]
+            assert endpoints == ['ep_81']
             for name, text in (('wMaxPacketSize', size), ('type', 'Interrupt'),
                                ('bInterval', '02')):
                 assert read_file(os.path.join(interface, 'ep_81', name)) == text + '\n'

@@ -16,6 +16,7 @@ HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parents[1] / 'lib'))
 
 import kernel  # noqa: E402
+import latency  # noqa: E402
 import trace  # noqa: E402
 from wire import Arrangement, Spidev, Stream  # noqa: E402
 
@@ -29,6 +30,7 @@ QUICK = [Arrangement(*words) for words in (
 REAL_TIME = [(Arrangement(*words), rate) for *words, rate in (
     (4, 'line', 24, 100000), (4, 'line', 24, 200000), (4, 'line', 32, 100000),
     (4, 'line', 32, 200000), (8, 'line', 32, 200000))]
+WRITER_PRIORITY = 60    # the driver has 50 given to the controller's thread
 QUICK_RATE = 100000     # what the frames say; without realtime nobody waits for them
 
 
@@ -41,10 +43,10 @@ def numbers(name):
 class Head:
     """A virtual head with an SPI device for the driver of this name; counts from 0."""
 
-    def __init__(self, tree, arrangement, modalias, realtime):
+    def __init__(self, tree, arrangement, modalias, realtime, more=''):
         kernel.load_module(tree + '/drivers/xy3/sim/xy3-sim.ko',
                            f'{arrangement.module_parameters()} modalias={modalias} '
-                           f'realtime={int(realtime)}')
+                           f'realtime={int(realtime)} {more}')
         self.devices = dict(map(str.split, kernel.read_file(DEBUGFS + 'devices').splitlines()))
         self.thread = self.find_thread()
 
@@ -61,6 +63,10 @@ class Head:
             return Spidev('/dev/' + self.devices['spidev'], *arguments, MESSAGE_SCANS)
         folder = kernel.wait(lambda: list(Path('/sys/bus/iio/devices').glob('iio:device*')))[0]
         return Stream(str(folder), *arguments, LENGTH)
+
+    @staticmethod
+    def longest_silence_us():
+        return numbers('bus')['longest_silence_ns'] / 1000
 
     def close(self):
         if not kernel.wait(lambda: not kernel.is_loaded('xy3_sim') or self.unload()):
@@ -89,7 +95,8 @@ def run(tree, modalias, arrangement, rate, seconds, realtime, traced):
     """Send for some seconds. -> what there is to know about it"""
     chance = random.Random(arrangement.name)
     codes = [chance.getrandbits(arrangement.code_bits) for _ in range(SCANS * arrangement.axes)]
-    head = Head(tree, arrangement, modalias, realtime)
+    # spidev's messages have no gap in front, and would lose a frame behind lines that float
+    head = Head(tree, arrangement, modalias, realtime, 'idle=keep turnaround_us=0')
     sender = head.sender(modalias, arrangement, codes, rate)
     if traced:
         trace.start()
@@ -161,16 +168,19 @@ def real_time(tree, rounds, seconds):
 def main():
     tree, spidev, rounds, seconds = sys.argv[1:]
     rounds, seconds = int(rounds), float(seconds)
-    # the writer goes before the controller's thread, as a program for a laser would: else the
-    # controller, quicker than any wire, would pass its time with repeating the last position
-    os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(1))
+    # the writer goes before the controller's thread: else the controller, which is quicker than
+    # any wire where nothing waits for it, would do nothing but repeat the last position
+    os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(WRITER_PRIORITY))
     kernel.load_module(tree + '/drivers/xy3/xy3.ko')
     kernel.load_module(tree + '/drivers/xy3/spi/xy3-spi.ko')
     kernel.load_module(spidev, 'bufsiz=65536')
     result = {'write_scans': SCANS, 'buffer_scans': LENGTH, 'message_scans': MESSAGE_SCANS,
               'seconds': seconds,
               'quick': list(quick(tree, rounds, seconds)),
-              'real_time': list(real_time(tree, rounds, 2 * seconds))}
+              'real_time': list(real_time(tree, rounds, 2 * seconds)),
+              'latency': list(latency.measure(
+                  lambda arrangement, more: Head(tree, arrangement, 'xy3-100', True, more),
+                  max(10, int(1000 * seconds))))}
     Path('/run/out/result.json').write_text(json.dumps(result), encoding='ascii')
 
 

@@ -3,7 +3,7 @@
 its messages. User Mode Linux counts processor time in ticks of 10 ms, far too roughly.
 """
 import re
-from collections import defaultdict
+from collections import defaultdict, namedtuple
 from pathlib import Path
 
 TRACING = Path('/sys/kernel/tracing')
@@ -14,6 +14,8 @@ BUFFER_KB = 65536
 LINE = re.compile(r' (\d+)\.(\d{6}): (\w+): (.*)')
 SWITCH = re.compile(r'prev_pid=(\d+) .* next_pid=(\d+) ')
 DONE = re.compile(r' len=(\d+)/')
+MESSAGE = re.compile(r'-(\d+) +\[\d+\].* (\d+)\.(\d{6}): (spi_message_\w+): \S+ (\w+)')
+Event = namedtuple('Event', 'time name pid message')     # us; the task; which message
 
 
 def write(name, text):
@@ -24,28 +26,43 @@ def start():
     write('tracing_on', '0')
     write('trace_clock', 'mono')
     write('buffer_size_kb', str(BUFFER_KB))
+    write('options/hash-ptr', '0')      # pointers tell messages apart, from the start on
     for event in EVENTS:
         write(f'events/{event}/enable', '1')
     write('trace', '')
     write('tracing_on', '1')
 
 
-def stop():
-    """-> [(time in us, event, what it says), ...]"""
+def stop_lines():
+    """-> lines of the trace"""
     write('tracing_on', '0')
     for event in EVENTS:
         write(f'events/{event}/enable', '0')
     stats = (TRACING / 'per_cpu/cpu0/stats').read_text(encoding='ascii')
     if int(re.search(r'^overrun: (\d+)', stats, re.MULTILINE).group(1)):
         raise RuntimeError('the trace is too long for its buffer')
-    found = []
-    with open(TRACING / 'trace', encoding='ascii') as lines:
-        for line in lines:
-            match = LINE.search(line)
-            if match:
-                seconds, usec, event, text = match.groups()
-                found.append((int(seconds) * 1000000 + int(usec), event, text))
+    lines = (TRACING / 'trace').read_text(encoding='ascii').splitlines()
     write('trace', '')
+    return lines
+
+
+def stop():
+    """-> [(time in us, event, what it says), ...]"""
+    found = []
+    for line in stop_lines():
+        match = LINE.search(line)
+        if match:
+            seconds, usec, event, text = match.groups()
+            found.append((int(seconds) * 1000000 + int(usec), event, text))
+    return found
+
+
+def stop_messages():
+    """-> [Event, ...] of SPI messages"""
+    found = []
+    for match in filter(None, map(MESSAGE.search, stop_lines())):
+        pid, seconds, usec, event, message = match.groups()
+        found.append(Event(int(seconds) * 1000000 + int(usec), event, int(pid), message))
     return found
 
 
