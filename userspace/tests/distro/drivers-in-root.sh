@@ -1,16 +1,16 @@
 # shellcheck shell=bash
 # SPDX-License-Identifier: GPL-2.0-only
 #
-# What all scripts that install the drivers in a Debian tree ($root) share; to be sourced by those
-# who have set $root, and $here to this folder.
+# Functions of scripts that install the drivers in a Debian root ($root); to be sourced by scripts
+# that set $root, and $here to this folder.
 #
-#	$top, $name, $version	of this tree's package
-#	in_root COMMAND...	in the tree
-#	refuse WHY		the end
-#	ours DIR		our modules below a folder
-#	built_for KERNEL	they are there for this kernel, and found
-#	left_out KERNEL		DKMS leaves this kernel out
-#	by_need KERNEL		of a kernel that lacks what some drivers require, DKMS builds the others
+#	$top, $name, $version	of the package of this tree
+#	in_root COMMAND...	run COMMAND in the root
+#	refuse WHY		print WHY and exit
+#	ours DIR		list our modules below a folder
+#	built_for KERNEL	check that they are installed for a kernel, and are found
+#	left_out KERNEL		check that DKMS does not build for a kernel
+#	by_need KERNEL		check that DKMS leaves out drivers whose requirements a kernel lacks
 
 # shellcheck disable=SC2154 # see above
 top=$(cd "$here/../../.." && pwd)
@@ -35,7 +35,7 @@ ours() {
 	done
 }
 
-# $1: an alias as the kernel asks for it, $2: the module, $3: the kernel
+# $1: an alias requested by the kernel, $2: the module, $3: the kernel
 leads_to() {
 	in_root modprobe -S "$3" -R "$1" | grep -qx "$2" || refuse "$1 does not lead to $2"
 }
@@ -44,7 +44,7 @@ built_for() {
 	local kernel=$1 driver
 
 	in_root dkms status -m "$name" -v "$version" -k "$kernel" | grep ': installed' ||
-		refuse 'not installed, says dkms'
+		refuse 'dkms status: not installed'
 	for driver in "${drivers[@]}"; do
 		in_root modinfo -k "$kernel" "$driver"
 	done
@@ -58,42 +58,42 @@ built_for() {
 	installed_are "$kernel" "${drivers[@]}"
 }
 
-# $1: the kernel, $2...: the drivers that it has of us, and no others
+# $1: the kernel, $2...: our drivers that are installed for it, and no others
 installed_are() {
 	local kernel=$1 installed
 	shift
 	installed=$(find "$root/usr/lib/modules/$kernel/updates" -name '*.ko*' -printf '%P\n' |
 		sed -E 's/\.(xz|zst|gz)$//' | sort)
 	[ "$installed" = "$(printf 'dkms/%s.ko\n' "$@" | sort)" ] ||
-		refuse "installed was more or less than $*: $installed"
+		refuse "expected $*, installed: $installed"
 }
 
-# dkms' status 77: excluded by the package itself. What kernel packages call is the hook; if
-# that fails, the upgrade does.
+# dkms' status 77: excluded by the package. Kernel packages call the hook; if it fails, so does
+# the upgrade.
 left_out() {
 	local kernel=$1 status=0
 
 	in_root dkms install -m "$name" -v "$version" -k "$kernel" || status=$?
 	[ "$status" -eq 77 ] || refuse "dkms install ended with status $status, not 77"
 	in_root /etc/kernel/postinst.d/dkms "$kernel" || refuse 'the kernel hook failed'
-	[ -z "$(ours "$root/usr/lib/modules/$kernel")" ] || refuse 'a module came to be'
+	[ -z "$(ours "$root/usr/lib/modules/$kernel")" ] || refuse 'a module was built'
 }
 
-# A kernel of the user's own: the headers of kernel $1 under the name $2, without the symbols $3
+# A custom kernel: the headers of kernel $1 with the name $2, without the symbols $3
 without() {
 	local file
 	cp -a "$root/usr/src/linux-headers-$1" "$root/usr/src/linux-headers-$2"
 	for file in .config include/config/auto.conf; do
 		sed -i -E "s/^(CONFIG_($3))=.*/# \\1 is not set/" "$root/usr/src/linux-headers-$2/$file"
 	done
-	# Debian's names the folder
+	# Debian's Makefile has the path of the folder
 	sed -i "s|/usr/src/linux-headers-$1\$|/usr/src/linux-headers-$2|" \
 		"$root/usr/src/linux-headers-$2/Makefile"
 	mkdir "$root/usr/lib/modules/$2"
 	ln -s "/usr/src/linux-headers-$2" "$root/usr/lib/modules/$2/build"
 }
 
-# When dkms removes the modules, the headers have gone
+# The headers are removed before dkms removes the modules
 by_need() {
 	local own=${1%%-*}-own status log driver
 
@@ -108,10 +108,10 @@ by_need() {
 
 	rm -r "$root/usr/src/linux-headers-$own" "$root/usr/lib/modules/$own/build"
 	status=$(in_root dkms status -m "$name" -v "$version" -k "$own")
-	[[ $status == *': installed' ]] || refuse "of the status $status"
+	[[ $status == *': installed' ]] || refuse "dkms status: $status"
 	in_root dkms uninstall -m "$name" -v "$version" -k "$own"
 	[ -z "$(ours "$root/usr/lib/modules/$own")" ] || refuse 'modules are left'
 	in_root dkms unbuild -m "$name" -v "$version" -k "$own"
-	[ -z "$(find "$root/var/lib/dkms" -name "*$own*")" ] || refuse 'dkms still knows the kernel'
+	[ -z "$(find "$root/var/lib/dkms" -name "*$own*")" ] || refuse 'dkms still has the kernel'
 	rm -r "$root/usr/lib/modules/$own"
 }

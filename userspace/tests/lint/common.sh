@@ -1,20 +1,20 @@
 # shellcheck shell=bash
 # SPDX-License-Identifier: GPL-2.0-only
 #
-# For the scripts beside it, to be sourced. Each of them is one check: it prints what is wrong and
-# its status is 0 if nothing is.
+# To be sourced by the scripts in this folder. Each of them is one check: it prints faults, and its
+# status is 0 if there are none.
 
 # shellcheck source=../lib.sh
 . "$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)/lib.sh"
 
-# files [PATTERN...]: the project's files, with paths from its top; with patterns those only
-# (shell patterns against the whole path, where * also stands for /). Without git, what it would
-# ignore is left out by hand.
+# files [PATTERN...]: list the files of the project, relative to its top; with patterns only
+# matching files (shell patterns for the whole path, where * also matches /). Without git, files
+# that git ignores are excluded explicitly.
 files() {
 	local file pattern
 	cd "$top" || return 1
 	if [ -e .git ] && command -v git > /dev/null; then
-		# root may run this in another user's clone
+		# root may run this in the clone of another user
 		git -c safe.directory="$top" ls-files --cached --others --exclude-standard
 	else
 		find . -path ./build -prune -o -type f -not -path '*/__pycache__/*' -printf '%P\n'
@@ -31,7 +31,7 @@ files() {
 	done
 }
 
-# scripts WORD: files whose first line names an interpreter with WORD in its name
+# scripts WORD: list files whose first line has an interpreter with WORD in its name
 scripts() {
 	local file
 	files | while read -r file; do
@@ -41,7 +41,7 @@ scripts() {
 	done
 }
 
-# copy_sources DIR: what the kernel's build needs, clean
+# copy_sources DIR: copy the files that a kernel build requires, without build products
 copy_sources() {
 	local file
 	rm -rf "$1"
@@ -53,16 +53,16 @@ copy_sources() {
 		done
 }
 
-# What a build must bring forth: drivers/NAME.ko, with a file *-core.c beside each
-# shellcheck disable=SC2034 # used by those who source this
+# The modules that a build must create: drivers/NAME.ko, each with a file *-core.c in its folder
+# shellcheck disable=SC2034 # used by scripts that source this file
 modules=(hid-xhc/hid-xhc xy3/xy3 xy3/spi/xy3-spi xy3/sim/xy3-sim)
 
-# Sparse does not know that guard() unlocks where its block ends, so it cannot count locks.
-# shellcheck disable=SC2034 # used by those who source this
+# Sparse does not support that guard() unlocks at the end of its block, so it cannot count locks.
+# shellcheck disable=SC2034 # used by scripts that source this file
 sparse_flags='-D__CHECK_ENDIAN__ -Wno-context'
 
-# quiet_build LOG: whether a build's log has nothing to say about our own files. Sparse's findings,
-# and whatever -Werror does not cover, are there and nowhere else.
+# quiet_build LOG: check that a build log has no warnings about our files. Findings of sparse, and
+# warnings that -Werror does not cover, are only in the log.
 quiet_build() {
 	local ours='(^|[ /])(drivers/(hid-xhc|xy3|include)|kunit)/[^ :]*:[0-9]+:([0-9]+:)?'
 	! grep -E "$ours (warning|error|fatal error)" "$1"

@@ -1,14 +1,14 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Judge one run of the test kernel by everything that it left (see run-uml).
+"""Judge one run of the test kernel by its output files (see run-uml).
 
 verdict.py OUT [--name NAME] [--suite NAME:CASES]... [--no-leak-scan] [--plain]
 
-One line for each KUnit case, one (NAME.clean) for the run itself: it is ok only if the kernel came
-to its end, the command's status is 0, the console shows no report of any checker, nothing tainted
-the kernel, lockdep still works, and no memory leaked. (A --plain kernel has neither lockdep nor
-kmemleak.) Each --suite must be there, whole, with at least that many cases; a suite that was not
-asked for is a fault. A skipped case has failed.
+Prints one line for each KUnit case, and one (NAME.clean) for the run: it is ok only if the kernel
+powered off, the status of the command is 0, the console shows no report of a checker, the kernel is
+not tainted, lockdep is still on, and no memory leaked. (A --plain kernel has neither lockdep nor
+kmemleak.) Each --suite must be complete, with at least that number of cases; any other suite is a
+fault. A skipped case is a failure.
 The last line is "verdict: N passed, N failed"; the status is 0 if none failed.
 """
 import argparse
@@ -22,7 +22,7 @@ import ktap                                     # noqa: E402
 from kernel_trouble import trouble              # noqa: E402
 from ktap import block_faults, why_not          # noqa: E402
 
-# Bits of /proc/sys/kernel/tainted that every run has: modules from outside the tree, KUnit
+# Bits of /proc/sys/kernel/tainted that are set in every run: out-of-tree modules, KUnit
 EXPECTED_TAINT = 1 << 12 | 1 << 18
 
 
@@ -88,7 +88,7 @@ def diagnostics(result):
 
 
 class Suite:
-    """One suite's cases and faults, out of its KTAP."""
+    """The cases and faults of a suite, from its KTAP."""
 
     def __init__(self, name, text):
         self.name = name
@@ -123,7 +123,7 @@ class Suite:
 
 
 def read_suites(out, wanted):
-    """The suites that the run left, judged against those that were wanted, and further faults."""
+    """-> the suites of the run, compared with the requested ones, and further faults"""
     suites = [Suite(path.stem, read(path)) for path in sorted((out / 'ktap').glob('*.ktap'))]
     faults = []
     for suite in suites:
@@ -137,7 +137,7 @@ def read_suites(out, wanted):
 
 
 def judge_case(suite, case):
-    """Print a case's line; True if it passed."""
+    """Print the line of a case; True if it passed."""
     why = why_not(case)
     if why is None:
         print(f'ok {suite.name}.{case.name}')
@@ -149,7 +149,7 @@ def judge_case(suite, case):
 
 
 def judge(out, name, wanted, leaks_wanted, allow=(), plain=False):
-    """Print what there is to say; (passed, failed)."""
+    """Print the results -> (passed, failed)"""
     def allowed(text):
         return any(re.search(pattern, text) for pattern in allow)
 
@@ -174,20 +174,20 @@ def judge(out, name, wanted, leaks_wanted, allow=(), plain=False):
 def suite_argument(text):
     name, _, least = text.partition(':')
     if not name or not least.isdigit() or int(least) < 1:
-        raise argparse.ArgumentTypeError(f'{text}: NAME:CASES wanted, CASES at least 1')
+        raise argparse.ArgumentTypeError(f'{text}: not NAME:CASES with CASES at least 1')
     return name, int(least)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split('\n', maxsplit=1)[0])
     parser.add_argument('out', type=Path, help='output directory of userspace/tests/uml/run-uml')
-    parser.add_argument('--name', help="the run's name (default: the directory's)")
+    parser.add_argument('--name', help='name of the run (default: of the directory)')
     parser.add_argument('--suite', type=suite_argument, action='append', default=[],
-                        metavar='NAME:CASES', help='a suite and its least number of cases')
+                        metavar='NAME:CASES', help='a suite and its minimum number of cases')
     parser.add_argument('--no-leak-scan', action='store_true', help='run was called with -l')
     parser.add_argument('--plain', action='store_true', help='run by build-kernel --plain')
     parser.add_argument('--allow', action='append', default=[], metavar='REGEX',
-                        help='console lines and leaks that match are not ours; say why there')
+                        help='ignore console lines and leaks that match; comment why')
     args = parser.parse_args()
     passed, failed = judge(args.out, args.name or args.out.name, dict(args.suite),
                            not args.no_leak_scan, args.allow, args.plain)

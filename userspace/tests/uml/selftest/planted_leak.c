@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-/* Allocations that nothing points to any more. */
+/* Allocations without a reference. */
 #include <kunit/test.h>
 #include <linux/module.h>
 #include <linux/slab.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-/* A suite in which nobody put a case. */
+/* A suite without cases. */
 #include <kunit/test.h>
 #include <linux/module.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-/* The control: nothing is wrong here, so a verdict that refuses it is wrong. */
+/* The control: a correct suite, which the verdict must accept. */
 #include <kunit/test.h>
 #include <linux/module.h>
 #include <linux/slab.h>

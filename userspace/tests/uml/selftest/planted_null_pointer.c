@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-/* A write through a null pointer, outside of KUnit's own threads: the kernel goes down. */
+/* A write through a null pointer, outside of KUnit's threads: the kernel crashes. */
 #include <kunit/test.h>
 #include <linux/module.h>
 #include <linux/workqueue.h>

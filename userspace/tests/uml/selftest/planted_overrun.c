@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-/* One byte read behind an allocation. */
+/* A read of one byte beyond an allocation. */
 #include <kunit/test.h>
 #include <linux/module.h>
 #include <linux/slab.h>
@@ -26,5 +26,5 @@ static struct kunit_suite suite = {
 
 kunit_test_suite(suite);
 
-MODULE_DESCRIPTION("a read behind an allocation");
+MODULE_DESCRIPTION("a read beyond an allocation");
 MODULE_LICENSE("GPL");

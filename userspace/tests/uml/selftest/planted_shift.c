@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-/* A shift by more than the type is wide. */
+/* A shift by more than the width of the type. */
 #include <kunit/test.h>
 #include <linux/module.h>
 

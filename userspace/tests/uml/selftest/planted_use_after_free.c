@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-/* Memory used after it was freed, in a thread of which KUnit knows nothing: its cases are ok. */
+/* Memory used after it was freed, in a thread that KUnit does not check: its cases are ok. */
 #include <kunit/test.h>
 #include <linux/module.h>
 #include <linux/slab.h>
