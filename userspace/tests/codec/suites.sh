@@ -1,12 +1,12 @@
 # shellcheck shell=bash
 # SPDX-License-Identifier: GPL-2.0-only
 #
-# What check-host and check-quick share; to be sourced after lib.sh.
+# Common to check-host and check-quick; to be sourced after lib.sh.
 #
 #	suites TOOLCHAIN	run the suites of pure code and the exhaustive tests with a toolchain of
 #				kunit/host/run-suites; each case counts as one test
 
-# shellcheck disable=SC2154 # $top and $out are lib.sh's
+# shellcheck disable=SC2154 # $top and $out are set by lib.sh
 host=$top/kunit/host
 codec=$top/userspace/tests/codec
 programs=("$top"/kunit/*_codec_test.c "$codec"/exhaustive/*.c "$host"/selftest/*_test.c)
@@ -28,7 +28,7 @@ suites() {
 			echo "not ok $toolchain: $program: $passed passed, $failed failed"
 		fi
 	done < "$results"
-	# each of the programs, once
+	# each program must have run once
 	ran=$(cut -d ' ' -f 1 "$results" | sort)
 	if [ "$ran" != "$(basename -s .c "${programs[@]}" | sort)" ]; then
 		fail "$toolchain" 'not all programs have run'

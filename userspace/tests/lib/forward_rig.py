@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""What the tests of the scanhead's forward channel share: virtual heads (xy3-sim), and the IIO
-devices that xy3-spi makes of them.
+"""Common to tests of the forward channel of scanheads: virtual heads (xy3-sim), and their IIO
+devices of xy3-spi.
 """
 
 import fcntl
@@ -42,8 +42,8 @@ def unload():
 
 
 def load_sim(lines=4, framing='line', cs_word=0, more=''):
-    """In time-travel transfers take their time unless `more` has it otherwise: a stream repeats its
-    last position for ever, and with transfers that take none no time would pass any more.
+    """In time-travel mode transfers take time, unless `more` disables that: a stream repeats its
+    last position forever, and if transfers took no time, no time would ever pass.
     """
     kernel.load_module(FOLDER + '/sim/xy3-sim.ko',
                        'lines=%d framing=%s cs_word=%d realtime=%d %s'
@@ -51,13 +51,13 @@ def load_sim(lines=4, framing='line', cs_word=0, more=''):
 
 
 def unload_sim():
-    """If it is loaded."""
+    """Unloads it if it is loaded."""
     if kernel.is_loaded('xy3_sim'):
         kernel.remove_module('xy3_sim')
 
 
 class Group:
-    """A folder in configfs: a virtual head, once it is live."""
+    """A folder in configfs: a virtual head, when it is live."""
 
     def __init__(self, name, **settings):
         if not os.path.ismount(CONFIG):
@@ -81,7 +81,7 @@ class Group:
         return int(self.get('number'))
 
     def remove(self):
-        """If it is there."""
+        """Removes it if it exists."""
         if os.path.isdir(self.path):
             os.rmdir(self.path)
 
@@ -100,17 +100,17 @@ class Stream:
             self.fd = None
 
     def write(self, data):
-        """-> number of bytes taken"""
+        """-> number of bytes written"""
         return os.write(self.fd, data)
 
     def write_all(self, data, piece):
-        """In pieces whose size piece() gives."""
+        """Writes in pieces, whose sizes are returned by piece()."""
         data = memoryview(data)
         while data:
             data = data[self.write(data[:piece()]):]
 
     def finish(self):
-        """What was written is sent, and the buffer disabled; an error is the end of the test."""
+        """Sends pending data and disables the buffer; an error fails the test."""
         try:
             write_file(self.forward.iio + 'buffer/enable', '0')
         finally:
@@ -132,7 +132,7 @@ class Forward:
         self.find()
 
     def find(self):
-        """The IIO device, which another line map makes anew."""
+        """Finds the IIO device, which is created again by another line map."""
         found = wait(lambda: glob.glob(self.spi + 'iio:device*'))
         if not found:
             raise AssertionError('%s has no IIO device' % self.device)
@@ -150,7 +150,7 @@ class Forward:
         return read_file(self.iio + name).strip()
 
     def number(self, name):
-        """An attribute, or a counter in debugfs."""
+        """The value of an attribute, or of a counter in debugfs."""
         if os.path.exists(self.counters + name):
             return int(read_file(self.counters + name))
         return int(self.get(name))
@@ -165,14 +165,14 @@ class Forward:
         write_file(self.debugfs + name, str(value))
 
     def sim_number(self, file, name):
-        """A line of a file of numbers."""
+        """The number in a line of a file."""
         return int(dict(line.split(' ', 1) for line in self.sim(file).splitlines())[name])
 
     def x_of(self, name):
         return self.sim(name).split()[1]
 
     def bad_frames(self):
-        """-> the counts of frames that the head calls erroneous, if they are not 0"""
+        """-> the head's counts of erroneous frames, if they are not 0"""
         found = ['%s: %s' % (name, line) for name in ('parity_errors', 'length_errors',
                                                       'mode_errors')
                  for line in self.sim(name).splitlines() if line.split()[1] != '0']
@@ -180,11 +180,11 @@ class Forward:
                         if self.sim_number('stats', name)]
 
     def record(self, scans, changes=True):
-        """Keep what comes now, or what of it changes."""
+        """Records scans from now on, or only those that differ from the one before."""
         self.set_sim('record', '%d%s' % (scans, ' changes' * changes))
 
     def recorded(self):
-        """-> bytes, as they would be written"""
+        """-> bytes, in the format of the buffer"""
         with open(self.debugfs + 'record.bin', 'rb', buffering=0) as file:
             return file.read()
 
@@ -198,7 +198,7 @@ class Forward:
         return self.set('buffer/enable', 0)
 
     def open(self, flags=0):
-        """-> Stream, which is closed behind the test at the latest"""
+        """-> Stream, which is closed after the test at the latest"""
         self.streams.append(Stream(self, flags))
         return self.streams[-1]
 
@@ -220,7 +220,7 @@ class Forward:
         return [tuple(line.split(' ', 2)[1:]) for line in self.sim('commands').splitlines()]
 
     def codes(self):
-        """-> codes of the commands that have come"""
+        """-> codes of the commands received"""
         return [code for code, *_ in self.commands()]
 
     def attach(self):
@@ -237,13 +237,13 @@ class Case(case.Case):
         self.add_cleanup(unload_sim)
 
     def channel(self, number=0):
-        """The forward channel of a virtual head that is there already."""
+        """The forward channel of a virtual head that exists already."""
         forward = Forward(number)
         self.add_cleanup(forward.close)
         return forward
 
     def group(self, name, **settings):
-        """Of a head that is not live yet."""
+        """The group of a head that is not live yet."""
         group = Group(name, **settings)
         self.add_cleanup(group.remove)
         return group
@@ -255,6 +255,6 @@ class Case(case.Case):
         return group, self.channel(group.number)
 
     def forward(self, *arguments, **keywords):
-        """A virtual head, alone."""
+        """The forward channel of the only virtual head."""
         self.sim(*arguments, **keywords)
         return self.channel()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""HAL, in which the parts of LinuxCNC meet, by halcmd, as an ordinary user of the group dialout."""
+"""Access to HAL, which connects the parts of LinuxCNC, by halcmd, as a member of dialout."""
 
 import re
 import subprocess
@@ -8,9 +8,9 @@ USER = ['setpriv', '--reuid', 'nobody', '--regid', 'dialout', '--clear-groups', 
 
 
 class Halcmd:
-    """One halcmd that takes command after command. HAL lives while a program is in it: it goes,
-    with what dead programs have left, when this one is closed as the last. A halcmd for each
-    command could take HAL away from under a program that is just about to come in.
+    """One halcmd that executes all commands. HAL exists while a program uses it: it is removed,
+    with remains of killed programs, when this one is closed as the last. A halcmd for each command
+    could remove HAL while another program is just connecting.
     """
 
     def __init__(self, env=None):
@@ -20,7 +20,7 @@ class Halcmd:
         self.run('status')
 
     def run(self, *commands):
-        """-> what halcmd prints; AssertionError if it refuses one of the commands"""
+        """-> output of halcmd; AssertionError if it refuses one of the commands"""
         self.process.stdin.write(''.join(command + '\n' for command in (*commands, 'print over')))
         self.process.stdin.flush()
         lines = []
@@ -29,16 +29,16 @@ class Halcmd:
                 break
             lines.append(line)
         else:
-            raise AssertionError('halcmd has ended: %s' % ''.join(lines))
+            raise AssertionError('halcmd has exited: %s' % ''.join(lines))
         refused = [line for line in lines if re.match(r'<stdin>:\d+: ', line)]
         assert not refused, ''.join(refused)
         return ''.join(lines).strip()
 
     def pins(self, component):
-        """-> {name: value} of a component's pins, the names without the component's"""
+        """-> {name: value} of the pins of a component, without its name in the names"""
         found = {}
         for line in self.run('show pin %s.' % component).splitlines():
-            words = line.split()        # owner, type, direction, value, name, perhaps a signal
+            words = line.split()        # owner, type, direction, value, name, optionally a signal
             found[words[4].removeprefix(component + '.')] = words[3]
         return found
 

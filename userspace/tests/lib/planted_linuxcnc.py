@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""A HAL, a LinuxCNC and a pendant in sysfs that are not there, for the unit tests of xhc-dro."""
+"""A simulated HAL, LinuxCNC and pendant in sysfs, for the unit tests of xhc-dro."""
 
 import os
 import shutil
@@ -19,7 +19,7 @@ ATTRIBUTES = ('position', 'feedrate_override', 'spindle_override', 'feedrate', '
 
 
 class Hal(types.SimpleNamespace):
-    """The module `hal`: one component, and a list of those that exist."""
+    """The module `hal`: one component, and a set of existing ones."""
 
     HAL_FLOAT, HAL_BIT, HAL_S32, HAL_IN, HAL_OUT = 'float', 'bit', 's32', 'in', 'out'
     error = RuntimeError
@@ -50,7 +50,7 @@ class Hal(types.SimpleNamespace):
 
 
 class Linuxcnc(types.SimpleNamespace):
-    """The module `linuxcnc`: a mill that is ready, and a list of what it is asked to do."""
+    """The module `linuxcnc`: a mill that is ready, and a list of its commands."""
 
     error = OSError
     STATE_ON, INTERP_IDLE, RCS_DONE, RCS_EXEC, RCS_ERROR = 4, 1, 1, 2, 3
@@ -96,7 +96,7 @@ class Linuxcnc(types.SimpleNamespace):
 
 
 class Case(case.Case):
-    """A driver's directory in sysfs, made of files."""
+    """A driver directory in sysfs, made of files."""
 
     def set_up(self):
         self.driver = tempfile.mkdtemp()

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * The public functions that need no device, by the installed header and the shared library alone.
- * What is expected is written in bytes, or made bit by bit.
+ * The public functions that require no device, with only the installed header and shared library.
+ * Expected values are written in bytes, or computed bit by bit.
  */
 
 #include <errno.h>
@@ -50,7 +50,7 @@ static void axes(void)
 
 /* ---- backchannel ---- */
 
-/* Whether the next packet is of this type; the whole of @data is then gone */
+/* Whether the next packet is of this type, and all of @data is consumed */
 static bool receive(struct xy3_receiver *r, const uint8_t *data, size_t size, uint8_t type)
 {
 	bool found = xy3_receiver_next(r, &data, &size);
@@ -82,7 +82,7 @@ static void packets_in_pieces(void)
 	char text[8];
 
 	for (size_t i = 0; i < sizeof(stream); i++) {
-		uint8_t *one = malloc(1);	/* so that a look beside it is noticed */
+		uint8_t *one = malloc(1);	/* to detect reads beyond it */
 		const uint8_t *data = one;
 		size_t size = 1;
 
@@ -128,7 +128,7 @@ static void no_packet(void)
 	xy3_receiver_free(r);
 	xy3_receiver_free(NULL);
 
-	/* what was found is gone with the next call */
+	/* a packet is only valid until the next call */
 	r = in_sync();
 	CHECK(!xy3_receiver_packet(r, &size) && !size);
 	xy3_receiver_free(r);
@@ -299,7 +299,7 @@ static void map_of_own_order(void)
 	xy3_line_map_free(map);
 }
 
-/* Clock by clock and line by line, after a scan is there: is it what it should be? */
+/* Check an encoded scan, clock by clock and line by line */
 static void check_scan(const uint8_t *out, unsigned int lines, unsigned int bits, int sync_line,
 		       const uint32_t frame[8])
 {
@@ -355,7 +355,7 @@ static void scans(void)
 			check_scan(out + scan * size, rows[i].lines, rows[i].bits,
 				   rows[i].sync_line, frame[scan]);
 
-		/* the other axes get a command without a bit */
+		/* the other axes get a command with all bits 0 */
 		memset(frame, 0, sizeof(frame));
 		for (unsigned int k = 0; k < axes; k++)
 			frame[0][rows[i].axis_line[k]] =
@@ -366,7 +366,7 @@ static void scans(void)
 	}
 }
 
-/* X at 0, and the gate: of each clock's two bits the higher one */
+/* X at 0, and the gate: the higher one of the two bits of each clock */
 static void map_with_a_gate(void)
 {
 	static const uint8_t want[12] = { 0xba, 0xaa, 0xaa, 0xaa, 0xaa, 0xaa, 0x10 };
@@ -391,7 +391,7 @@ static void map_with_a_gate(void)
 	xy3_line_map_free(map);
 }
 
-/* A letter for each scan that comes out: its place, large where the gate is high */
+/* A letter for each resulting scan: its position, in upper case if the gate is high */
 static void shifted(int on, int off, const char *in, const char *want)
 {
 	size_t count = strlen(in), n = 0;
@@ -443,7 +443,7 @@ static void codes_out_of_range(void)
 	xy3_line_map_free(map);
 }
 
-/* X of each scan, with ! where the gate is high, for vertices of X and the gate, the end last */
+/* X of each scan, with ! if the gate is high, for vertices of X and the gate, the end last */
 static void path_of(const struct xy3_path_settings *settings, const uint32_t (*vertices)[2],
 		    size_t count, const char *want)
 {
@@ -479,11 +479,11 @@ static void path_of_jumps_and_marks(void)
 	/* not between two marks; at the end, too */
 	path_of(&(struct xy3_path_settings) { 50, 10, 0, 2 }, figure, 5,
 		"100 110! 120! 130! 123! 115! 115 115 165 215 225! 225 225 ");
-	/* a way may be a code longer: its ends are rounded */
+	/* a path may be longer by a code: its ends are rounded */
 	path_of(&(struct xy3_path_settings) { 50, 10, 0, 0 },
 		(const uint32_t [][2]) { { 0, 0 }, { 21, 1 }, { 43, 1 }, { 94, 0 } }, 4,
 		"0 11! 21! 28! 36! 43! 94 ");
-	/* a vertex where it stands is one scan; the first has no way to it that could be marked */
+	/* a vertex at the current position is one scan; the first one has no path to mark */
 	path_of(&(struct xy3_path_settings) { 50, 10, 1, 1 }, dots, 4, "7 7 7! 7 7 7 9 9 ");
 	path_of(&(struct xy3_path_settings) { 50, 10, 1, 1 }, dots, 0, "");
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-only */
 /*
- * A line for each case: "ok NAME" or "not ok NAME". The last line has the counts.
+ * Print a line for each case: "ok NAME" or "not ok NAME". The last line has the counts.
  */
 #ifndef CHECK_H
 #define CHECK_H

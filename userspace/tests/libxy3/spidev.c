@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * xy3_spidev_*() against a spidev that is made up here: the linker puts __wrap_ioctl() and
- * __wrap_open() in front of libc's. So spidev can have any bufsiz and any alignment, and
- * controllers can be as poor as they are somewhere.
+ * xy3_spidev_*() with a simulated spidev: the linker replaces the functions of libc by
+ * __wrap_ioctl() and __wrap_open(). So spidev can have any bufsiz and any alignment, and
+ * controllers can have any limits that exist.
  */
 
 #include <errno.h>
@@ -19,15 +19,15 @@
 
 #define RECEIVED_MAX	65536
 
-/* The device. Zeros are a poor one; device_new() makes one without faults. */
+/* The device. With zeros it can do little; device_new() initializes one without faults. */
 static struct device {
 	uint32_t mode, mode_bits;	/* mode_bits: what the controller can do */
 	uint32_t max_speed;
-	const char *bufsiz;		/* a file with spidev's parameter */
-	size_t room, align;		/* what spidev really has, and rounds up to */
+	const char *bufsiz;		/* the file of the parameter of spidev */
+	size_t room, align;		/* actual size in spidev, and its alignment */
 	size_t max_transfer;		/* of the controller; 0: any */
 	unsigned int fail_in;		/* the message of this number fails */
-	int error;			/* what all fail with */
+	int error;			/* returned by all calls */
 	bool gap;			/* a message begins with SYNC, line 0 of four */
 
 	unsigned int messages, transfers;
@@ -52,7 +52,7 @@ static int failed(int error)
 	return -1;
 }
 
-/* Look at what spidev and the controller would refuse; nothing has been sent until then */
+/* Check for messages that spidev and the controller refuse, before anything is sent */
 static int check_message(const struct spi_ioc_transfer *transfer, unsigned int count)
 {
 	size_t total = 0;
@@ -86,7 +86,7 @@ static int message(const struct spi_ioc_transfer *transfer, unsigned int count)
 	if (device.fail_in && !--device.fail_in)
 		return failed(-EIO);
 	for (unsigned int i = 0; i < count; i++) {
-		/* SYNC ends behind each transfer, and the message ends with SYNC high */
+		/* SYNC rises after each transfer, and is high at the end of the message */
 		CHECK(transfer[i].cs_change == (i + 1 < count));
 		CHECK(!transfer[i].rx_buf && !transfer[i].delay_usecs);
 		CHECK(!transfer[i].word_delay_usecs && transfer[i].bits_per_word == 8);
@@ -102,7 +102,7 @@ static int message(const struct spi_ioc_transfer *transfer, unsigned int count)
 	return total;
 }
 
-/* As spi_setup(): what it cannot do is an error, but for lines, which are dropped */
+/* Like spi_setup(): unsupported bits are an error, except for lines, which are dropped */
 static int set_mode(uint32_t mode)
 {
 	uint32_t lines = SPI_TX_DUAL | SPI_TX_QUAD | SPI_TX_OCTAL;
@@ -210,7 +210,7 @@ static void mode_and_lines(void)
 		uint32_t code[5] = { };
 
 		device_new();
-		device.mode = SPI_MODE_2 | SPI_CS_HIGH;	/* the board's, and to be kept */
+		device.mode = SPI_MODE_2 | SPI_CS_HIGH;	/* set by the board, and must be kept */
 		spidev = opened(rows[i].lines, NULL);
 		CHECK(device.mode == (SPI_MODE_1 | SPI_CS_HIGH | rows[i].mode));
 		CHECK(xy3_spidev_write(spidev, code, 1) == 1);
@@ -284,7 +284,7 @@ static void one_transfer_a_scan(void)
 	count_up(codes, 4000);
 	CHECK(xy3_spidev_write(spidev, codes, 2000) == 2000);
 	CHECK(received(2, "y x", codes, 2000));
-	CHECK(device.transfers == 2000 && device.messages == 4);	/* 511 are the most */
+	CHECK(device.transfers == 2000 && device.messages == 4);	/* maximum: 511 */
 	xy3_spidev_close(spidev);
 }
 
@@ -410,7 +410,7 @@ static void repeat_and_command(void)
 	xy3_line_map_free(map);
 }
 
-/* Whatever a message's length: the last scan of each has the gate low, the others as they were */
+/* For any length of messages: the last scan of each has the gate low, the others are unchanged */
 static void gate_is_low_behind_each_message(void)
 {
 	static const uint8_t high[6] = { 0xba, 0xaa, 0xaa, 0xaa, 0xaa, 0xaa };

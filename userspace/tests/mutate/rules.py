@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Mutations made by rule: each changes one line of a source file in one way.
 
-The rules are those of faults that people make: a call, a lock or a put that is forgotten, a
-condition the wrong way round, a bound that is off by one, another error, a wait that is too short.
+The rules are common mistakes: a missing call, lock or put, an inverted condition, an off-by-one
+bound, another error, a wait that is too short.
 """
 
 import random
@@ -14,7 +14,7 @@ COMPARISONS = {' < ': ' <= ', ' <= ': ' < ', ' > ': ' >= ', ' >= ': ' > '}
 
 @dataclass(frozen=True)
 class Mutant:
-    path: str               # of the file, from the top
+    path: str               # of the file, relative to the top
     number: int             # of the line, from 1
     rule: str
     old: str                # the line
@@ -43,7 +43,7 @@ PUT = re.compile(r'\t+(?:guard\(.*\)|\w*unlock\w*|\w*_put|put_\w+|get_device|kfr
 
 
 def forgotten(line):
-    """A lock or a reference that is not taken or not given back"""
+    """A lock or a reference that is not acquired or not released"""
     if PUT.match(line):
         return [re.sub(r'\S.*', ';', line)]
     match = re.match(r'(\t+)scoped_guard\(.*\)( \{)?$', line)
@@ -51,7 +51,7 @@ def forgotten(line):
 
 
 def dropped(line):
-    """A call whose result is not used, but for assertions, which are checks themselves"""
+    """A call whose result is not used, except assertions, which are checks"""
     if forgotten(line) or not re.match(r'\t+(?!return\b|guard\b|lockdep_)\w+\(.*\);$', line):
         return []
     return [re.sub(r'\S.*', ';', line)]
@@ -105,7 +105,7 @@ def mutants_of(path, text):
 
 
 def choose(sources, seed):
-    """All mutants of the files {path: text}, each file and each of its rules in turn, by chance."""
+    """All mutants of the files {path: text} in random order, files and their rules in turn."""
     dice = random.Random(seed)
     queues = []
     for path, text in sources.items():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""A copy of the tree with a fault in it, and which tests notice."""
+"""A copy of the tree with a fault, and the tests that fail."""
 
 import re
 import shutil
@@ -11,7 +11,7 @@ PARTS = ('.ci', 'drivers', 'kunit', 'userspace', 'Kbuild', 'Makefile', 'dkms.con
 
 
 def copy_tree(tree, path, text):
-    """The tree, with other text in one file (its path from the top)."""
+    """Copy the tree, with other text in one file (path relative to the top)."""
     shutil.rmtree(tree, ignore_errors=True)
     tree.mkdir(parents=True)
     ignore = shutil.ignore_patterns('*.o', '*.ko', '*.mod', '*.mod.c', '*.cmd', '__pycache__')
@@ -24,7 +24,7 @@ def copy_tree(tree, path, text):
 
 
 def run(command, log):
-    """Run a command, keep what it prints, return its status and text."""
+    """Run a command, write its output to a log, return its status and output."""
     result = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                             stderr=subprocess.STDOUT, text=True, check=False)
     log.write_text(result.stdout)
@@ -32,5 +32,5 @@ def run(command, log):
 
 
 def failed_cases(text):
-    """Names of the cases that a level's script reports as failed."""
+    """Names of the cases that the script of a level reports as failed."""
     return re.findall(r'^not ok (\w+\.\S+):', text, re.MULTILINE)

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * bench: measures the codecs. For bench-codec, which makes tables of this:
+ * bench: measures the codecs, for bench-codec, which makes tables of the output:
  *
- *   bench list                     the contests and their contenders, a line each
- *   bench check                    whether the contenders of each contest bring forth the same
- *   bench time ROUNDS USEC         time them all, in turns, some USEC of work each time
- *   bench blocks CONTEST CONTENDER TIMES	do TIMES blocks, for a program that counts along
+ *   bench list                     list the contests and their contenders, one per line
+ *   bench check                    check that the contenders of a contest have the same results
+ *   bench time ROUNDS USEC         time all of them, in turns, about USEC of work each time
+ *   bench blocks CONTEST CONTENDER TIMES	do TIMES blocks, for counting instructions
  */
 #include <stdio.h>
 #include <stdlib.h>
@@ -59,7 +59,7 @@ static int check(void)
 	return failed || !count;
 }
 
-/* Through a pointer that the compiler knows nothing of: nothing is moved out of the loop */
+/* Through a pointer that is opaque to the compiler, so that nothing is moved out of the loop */
 static void blocks(const struct contest *contest, unsigned int which, unsigned long times)
 {
 	void (*block)(void *job) = contest->contender[which].block;
@@ -68,7 +68,7 @@ static void blocks(const struct contest *contest, unsigned int which, unsigned l
 		block(contest->job);
 }
 
-/* In ns, of this program's own time: others that keep the machine busy count for little */
+/* In ns, of the CPU time of this program, to reduce the influence of other programs */
 static u64 now(void)
 {
 	struct timespec t;
@@ -115,7 +115,7 @@ static unsigned long number(const char *text, unsigned long end)
 	unsigned long n = strtoul(text, &rest, 10);
 
 	if (rest == text || *rest || n >= end) {
-		fprintf(stderr, "bench: what is %s?\n", text);
+		fprintf(stderr, "bench: invalid value: %s\n", text);
 		exit(2);
 	}
 	return n;
@@ -128,7 +128,7 @@ int main(int argc, char **argv)
 	add_encoding();
 	add_parsing();
 	add_display();
-	for (unsigned int i = 0; i < count; i++)	/* no page is touched for the first time */
+	for (unsigned int i = 0; i < count; i++)	/* touch all pages before measuring */
 		for (unsigned int k = 0; k < contenders(&contests[i]); k++)
 			blocks(&contests[i], k, 1);
 

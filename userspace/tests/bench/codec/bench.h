@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-2.0-only */
-/* What is measured: contests, in each of which the same work is done in several ways. */
+/* Contests, which compare several ways to do the same work. */
 #ifndef HOST_BENCH_H
 #define HOST_BENCH_H
 
@@ -8,9 +8,9 @@
 #define CONTENDERS_MAX	4
 
 /**
- * struct contender - one way to do a contest's work
- * @name: what it is called in the table
- * @block: do a block of it
+ * struct contender - one way to do the work of a contest
+ * @name: its name in the table
+ * @block: do a block of the work
  */
 struct contender {
 	const char *name;
@@ -19,14 +19,14 @@ struct contender {
 
 /**
  * struct contest - the same work, done in several ways
- * @table: heading of the table where it stands
- * @name: its row there
- * @unit: what is counted
- * @units: how many of them are in a block
- * @bytes: how many bytes are in a block
- * @job: what it is done with
- * @good: do it once in all ways and compare what comes out
- * @contender: the ways; the first is the one that is judged by the others
+ * @table: heading of its table
+ * @name: its row in the table
+ * @unit: the unit that is counted
+ * @units: number of units in a block
+ * @bytes: number of bytes in a block
+ * @job: data for the contenders
+ * @good: do it once in all ways and compare the results
+ * @contender: the ways; the first is compared with the others
  */
 struct contest {
 	const char *table;
@@ -46,7 +46,7 @@ void add_encoding(void);
 void add_parsing(void);
 void add_display(void);
 
-/* Numbers without any order, the same ones each time */
+/* Pseudo-random numbers, the same ones each time */
 static inline u32 next_random(u32 *state)
 {
 	*state ^= *state << 13;

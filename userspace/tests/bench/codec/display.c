@@ -41,7 +41,7 @@ static void memcpy_block(void *data)
 	memcpy(job->other, job->frames, job->size);
 }
 
-/* The chunks, put together again, begin with the magic and have the X that was given */
+/* The chunks, when joined, start with the magic and have the given X */
 static bool display_good(void *data)
 {
 	struct display_job *job = data;
@@ -74,7 +74,7 @@ static void add_model(struct display_job *job, const char *name, u32 product)
 	for (unsigned int i = 0; i < DISPLAYS; i++) {
 		struct xhc_display *display = &job->display[i];
 
-		/* up to 200 mm either way, in whole hundredths: they show the same on both */
+		/* from -200 to 200 mm, in hundredths, which both models display alike */
 		for (unsigned int k = 0; k < XHC_POSITIONS; k++)
 			display->position[k] = ((s32)(next_random(&random) % 40000) - 20000) * 100;
 		for (unsigned int k = 0; k < XHC_NUMBERS; k++)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-/* bench: scans of the forward channel, against a straight loop over bits, and against the floor */
+/* bench: scans of the forward channel, against a simple loop over bits, and against the floor */
 #include <stdlib.h>
 #include <linux/kernel.h>
 #include <linux/string.h>
@@ -31,7 +31,7 @@ static u32 bit_loop_frame(unsigned int frame_bits, u32 code)
 	return frame << parity_bits | (ones & ((1U << parity_bits) - 1));
 }
 
-/* Bit after bit, as they go over the wire: the obvious way to write it */
+/* Bit by bit, in the order on the wire: the simplest implementation */
 static void bit_loop_encode(const struct xy3_line_map *map, const u32 *codes, size_t scans, u8 *out)
 {
 	unsigned int lines = map->lines, bits = 0;
@@ -70,7 +70,7 @@ static void bit_loop_block(void *data)
 	bit_loop_encode(&job->map, job->codes, SCANS, job->other);
 }
 
-/* The least that any encoder does: parity and framing, and the bytes stored, frame after frame */
+/* The minimum for any encoder: parity and framing, and storing the bytes, frame by frame */
 static void floor_block(void *data)
 {
 	struct encode_job *job = data;

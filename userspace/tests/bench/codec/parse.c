@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-/* bench: packets of the backchannel, and noise without any, against memchr and memcpy */
+/* bench: packets of the backchannel, and noise without packets, against memchr and memcpy */
 #include <stdlib.h>
 #include <linux/kernel.h>
 #include <linux/string.h>
@@ -8,7 +8,7 @@
 #include "bench.h"
 
 #define STREAM	16384
-#define PIECE	32	/* bytes that a UART hands over at a time */
+#define PIECE	32	/* bytes that a UART delivers at a time */
 
 struct parse_job {
 	size_t size;
@@ -45,7 +45,7 @@ static void pieces_block(void *data)
 	parse(data, PIECE);
 }
 
-/* The least that anybody does who looks for the start of a packet */
+/* The minimum for any search for the start of a packet */
 static void memchr_block(void *data)
 {
 	struct parse_job *job = data;
@@ -66,7 +66,7 @@ static void memcpy_block(void *data)
 	memcpy(job->other, job->stream, job->size);
 }
 
-/* How it must end, whichever way the stream is cut */
+/* The expected final state, independent of the pieces of the stream */
 static bool parsed(const struct parse_job *job)
 {
 	const struct xy3_parser *p = &job->parser;
@@ -95,7 +95,7 @@ static bool parse_good(void *data)
 	return good && !memcmp(job->other, job->stream, job->size);
 }
 
-/* What a head says in turn: all there is, with a sync before each */
+/* The packets of a head: all types, with a sync before each */
 static void fill_packets(struct parse_job *job)
 {
 	static const u8 says[][2] = {
@@ -105,7 +105,7 @@ static void fill_packets(struct parse_job *job)
 		{ XY3_PACKET_SYNC, 0 }, { XY3_PACKET_HOURS, 88 },
 		{ XY3_PACKET_SYNC, 0 }, { XY3_PACKET_MODEL, 12 },
 		{ XY3_PACKET_SYNC, 0 }, { XY3_PACKET_SERIAL, 9 },
-		{ XY3_PACKET_SYNC, 0 }, { 0x0a, 10 },	/* a type that is not known */
+		{ XY3_PACKET_SYNC, 0 }, { 0x0a, 10 },	/* an unknown type */
 	};
 	u32 random = 0x2468ace;
 
@@ -124,7 +124,7 @@ static void fill_packets(struct parse_job *job)
 	}
 }
 
-/* No byte is 00h, so no sync is in it */
+/* No byte is 00h, so it contains no sync */
 static void fill_noise(struct parse_job *job, unsigned int starts_of_16)
 {
 	u32 random = 0x13579bd;

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""What all benchmarks say in the same way."""
+"""Common parts of the reports of all benchmarks."""
 import platform
 import subprocess
 import time
@@ -23,7 +23,7 @@ def processor():
 
 
 def circumstances():
-    """What the numbers hold for."""
+    """The conditions of the measurements."""
     return {'version': 1, 'date': time.strftime('%Y-%m-%d'), 'processor': processor(),
             'compiler': output('gcc', '--version').splitlines()[0]}
 

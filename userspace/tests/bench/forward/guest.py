@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Inside the kernel that is measured in: streams to the virtual head, and counts.
+"""Runs in the kernel used for measurements: streams to the virtual head, and counts.
 
-guest.py TREE SPIDEV ROUNDS SECONDS: TREE has the modules, SPIDEV is that of the kernel. What was
-measured is left in /run/out/result.json.
+guest.py TREE SPIDEV ROUNDS SECONDS: TREE has the modules, SPIDEV is the module of the kernel. The
+results are written to /run/out/result.json.
 """
 import json
 import os
@@ -23,19 +23,19 @@ from wire import Arrangement, Spidev, Stream  # noqa: E402
 DEBUGFS = '/sys/kernel/debug/xy3-sim/0/'
 SCANS = 4096            # of one write
 LENGTH = 4 * SCANS      # of the IIO buffer
-MESSAGE_SCANS = 256     # of one message: as the driver has it
+MESSAGE_SCANS = 256     # of one message, as in the driver
 QUICK = [Arrangement(*words) for words in (
     (4, 'line', 24), (4, 'line', 32), (8, 'line', 24), (8, 'line', 32), (1, 'word', 24),
     (4, 'cs', 24))]
 REAL_TIME = [(Arrangement(*words), rate) for *words, rate in (
     (4, 'line', 24, 100000), (4, 'line', 24, 200000), (4, 'line', 32, 100000),
     (4, 'line', 32, 200000), (8, 'line', 32, 200000))]
-WRITER_PRIORITY = 60    # the driver has 50 given to the controller's thread
-QUICK_RATE = 100000     # what the frames say; without realtime nobody waits for them
+WRITER_PRIORITY = 60    # the driver has the controller's thread run with 50
+QUICK_RATE = 100000     # nominal rate; without realtime it is not waited for
 
 
 def numbers(name):
-    """A file with a name and a value in each line."""
+    """The content of a file with a name and a value in each line."""
     lines = kernel.read_file(DEBUGFS + name).splitlines()
     return {words[0]: int(words[1]) for words in map(str.split, lines)}
 
@@ -70,7 +70,7 @@ class Head:
 
     def close(self):
         if not kernel.wait(lambda: not kernel.is_loaded('xy3_sim') or self.unload()):
-            raise RuntimeError('xy3-sim stays')
+            raise RuntimeError('xy3-sim cannot be unloaded')
 
     @staticmethod
     def unload():
@@ -82,7 +82,7 @@ class Head:
 
 
 def check(arrangement, sent, repeated):
-    """The head must have got what was sent, all of it good."""
+    """Check that the head has received all that was sent, without errors."""
     got = numbers('stats')
     if got['scans'] != sent + repeated or got['short_gaps'] or got['stray_clocks']:
         raise RuntimeError(f'{arrangement.name}: {sent} + {repeated} scans sent, then {got}')
@@ -92,7 +92,7 @@ def check(arrangement, sent, repeated):
 
 
 def run(tree, modalias, arrangement, rate, seconds, realtime, traced):
-    """Send for some seconds. -> what there is to know about it"""
+    """Send for some seconds -> the measured values"""
     chance = random.Random(arrangement.name)
     codes = [chance.getrandbits(arrangement.code_bits) for _ in range(SCANS * arrangement.axes)]
     # spidev's messages have no gap in front, and would lose a frame behind lines that float
@@ -133,7 +133,7 @@ def processor(events, thread):
 
 
 def in_hand(events, arrangement, rate):
-    """How much the controller still had whenever it was given more."""
+    """The pending data of the controller when it got more."""
     usec = 1e6 * 8 / arrangement.lines / arrangement.clocks / rate
     if arrangement.framing == 'word':
         usec = 1e6 / 4 / rate
@@ -143,7 +143,7 @@ def in_hand(events, arrangement, rate):
 
 
 def quick(tree, rounds, seconds):
-    """As fast as it goes: the driver and its peer in turns; then once more to see who works."""
+    """At full speed: the driver and spidev in turns; then a traced run, for CPU time."""
     for arrangement in QUICK:
         row = {'name': arrangement.name, 'axes': arrangement.axes, 'driver': [], 'spidev': []}
         for _ in range(rounds):
@@ -168,8 +168,8 @@ def real_time(tree, rounds, seconds):
 def main():
     tree, spidev, rounds, seconds = sys.argv[1:]
     rounds, seconds = int(rounds), float(seconds)
-    # the writer goes before the controller's thread: else the controller, which is quicker than
-    # any wire where nothing waits for it, would do nothing but repeat the last position
+    # the writer has priority over the controller thread, as in a program for a laser: otherwise the
+    # controller, faster than any wire, would spend its time repeating the last position
     os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(WRITER_PRIORITY))
     kernel.load_module(tree + '/drivers/xy3/xy3.ko')
     kernel.load_module(tree + '/drivers/xy3/spi/xy3-spi.ko')

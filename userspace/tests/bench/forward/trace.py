@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""What the kernel's tracepoints tell: who had the processor, and when the SPI controller was given
-its messages. User Mode Linux counts processor time in ticks of 10 ms, far too roughly.
+"""Measurements by tracepoints: CPU time of processes, and the times at which the SPI controller got
+messages. User Mode Linux counts CPU time in ticks of 10 ms, which is too coarse.
 """
 import re
 from collections import defaultdict, namedtuple
@@ -67,7 +67,7 @@ def stop_messages():
 
 
 def shares(trace):
-    """By process id, the part of the time for which it had the processor; 0 is nobody."""
+    """{process id: its share of CPU time}; 0 is idle time"""
     had = defaultdict(int)
     since = None
     for time, event, text in trace:
@@ -90,9 +90,9 @@ def lasted(trace):
 
 
 def leads(trace, usec):
-    """How long before the end of all that the controller had it was given each next message, in us;
-    negative: it had nothing to send for so long, had its wire not waited for the processor as well.
-    usec() returns how long a number of bytes takes.
+    """The time in us by which each message was given to the controller before it had sent all
+    earlier ones; negative: it had nothing to send for this time, if its wire had not waited for the
+    processor. usec() returns the time for a number of bytes.
     """
     given, found = [], []
     until, done = None, 0
@@ -104,7 +104,7 @@ def leads(trace, usec):
         elif event == 'spi_message_done':
             submitted, was_idle = given[done]
             found.append(until - submitted)
-            if was_idle:    # the wire starts anew with this one
+            if was_idle:    # the wire starts again with this one
                 until = max(until, submitted)
             until += usec(int(DONE.search(text).group(1)))
             done += 1

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The bytes of scans, bit by bit, for the peer that is not our driver; and how they are sent."""
+"""The bytes of scans, bit by bit, for comparison with our driver; and functions to send them."""
 import array
 import ctypes
 import fcntl
@@ -10,9 +10,9 @@ GAP_CLOCKS = 2
 
 
 class Arrangement:
-    """Data lines and what they carry.
+    """Data lines and their signals.
 
-    framing: cs (SYNC is the chip select), word (the same, moved by the controller after each
+    framing: cs (SYNC is the chip select), word (the same, toggled by the controller after each
     word), or line (SYNC is the lowest data line).
     """
 
@@ -52,7 +52,7 @@ class Arrangement:
 
 
 class Spidev:
-    """Sends bytes that are there already, one for a number of scans, with the kernel's spidev."""
+    """Sends prepared bytes with the kernel's spidev, in messages of a number of scans."""
 
     def __init__(self, node, arrangement, codes, rate, scans):
         axes = arrangement.axes
@@ -67,7 +67,7 @@ class Spidev:
             bits = arrangement.frame_bits if arrangement.framing == 'word' else 8
             self.messages.append(self.message(data, rate * arrangement.clocks, bits,
                                               arrangement.lines))
-        # _IOW('k', 0, as many transfers)
+        # _IOW('k', 0, transfers)
         self.request = 1 << 30 | len(self.messages[0]) << 16 | ord('k') << 8
 
     def message(self, transfers, speed, bits, lines):
@@ -78,7 +78,7 @@ class Spidev:
             # tx_buf rx_buf len speed_hz delay_usecs bits_per_word cs_change tx_nbits
             message += struct.pack('=QQIIHBBB3x', ctypes.addressof(buffer), 0, len(data), speed, 0,
                                    bits, i + 1 < len(transfers), lines)
-        return bytearray(message)   # ioctl() takes no longer one that cannot be written to
+        return bytearray(message)   # ioctl() only accepts a longer one if it is writable
 
     def send(self):
         for message in self.messages:
@@ -107,7 +107,7 @@ class Stream:
             file.write(str(value))
 
     def get(self, name):
-        """An attribute, or a counter in debugfs."""
+        """The value of an attribute, or of a counter in debugfs."""
         device = os.path.basename(os.path.dirname(os.path.realpath(self.folder)))
         for folder in (self.folder, f'/sys/kernel/debug/xy3-spi/{device}'):
             if os.path.exists(f'{folder}/{name}'):
@@ -121,5 +121,5 @@ class Stream:
             left = left[os.write(self.fd, left):]
 
     def finish(self):
-        self.set('buffer/enable', 0)    # returns when all has been sent
+        self.set('buffer/enable', 0)    # returns after all has been sent
         os.close(self.fd)

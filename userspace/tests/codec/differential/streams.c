@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * streams SEED COUNT [LIE]: make up streams of the backchannel, good, mutated and senseless ones,
- * read them with the driver's codec, and write what was given and what came of it to standard
- * output, for `compare`. For stream LIE, counted from 0, a wrong number of dropped bytes is told.
+ * streams SEED COUNT [LIE]: generate streams of the backchannel, good, mutated and random ones,
+ * decode them with the codec of the driver, and write input and results to standard output, for
+ * `compare`. Stream LIE, counted from 0, gets a wrong number of dropped bytes.
  *
  * A record, all numbers little endian: struct record, then the steps (16 bit each: n > 0 bytes are
- * given in one piece, or -n bytes came damaged), then the bytes given, then the packets found.
+ * passed in one piece, or -n bytes are damaged), then the bytes passed, then the packets found.
  */
 #include <stdio.h>
 #include <stdlib.h>
@@ -76,7 +76,7 @@ static void add_sequence(size_t at)
 	insert(at, 0x48);
 }
 
-/* Lengths are mostly short ones, so that many streams can be tried */
+/* Lengths are mostly short, so that many streams can be tried */
 static u8 good_length(u8 type)
 {
 	switch (type) {
@@ -190,7 +190,7 @@ static size_t found_size;
 
 static void give(struct xy3_parser *parser, const u8 *data, size_t n)
 {
-	u8 *piece = malloc(n);	/* not a byte more, for ASan */
+	u8 *piece = malloc(n);	/* exact size, for ASan */
 	const u8 *at = piece;
 	struct xy3_packet packet;
 	size_t left = n;

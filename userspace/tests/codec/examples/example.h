@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-only */
 /*
- * An example of a protocol page, as `check` gives it and as a codec has it
+ * An example of a protocol page, as passed by `check` and as returned by a codec
  */
 #ifndef EXAMPLE_H
 #define EXAMPLE_H
@@ -13,12 +13,12 @@
 #define EXAMPLE_WORDS	1024
 
 /**
- * struct example - bytes, and what they mean
- * @kind: what sort of bytes these are
- * @about: what belongs to it: the model, the data lines ...
+ * struct example - bytes, and their meaning
+ * @kind: kind of bytes
+ * @about: subject: the model, the data lines ...
  * @bytes: the bytes
- * @size: how many
- * @words: what they mean
+ * @size: their number
+ * @words: their meaning
  */
 struct example {
 	char *kind;
@@ -28,7 +28,7 @@ struct example {
 	char words[EXAMPLE_WORDS];
 };
 
-/* Behind the words that there are, parted by @part unless there are none */
+/* Append to the words, separated by @part unless there are none */
 static inline void example_add(struct example *example, const char *part, const char *format, ...)
 {
 	size_t length = strlen(example->words);
@@ -57,9 +57,9 @@ static inline void example_read(char *line, struct example *example)
 }
 
 /**
- * struct example_kind - what a codec makes of one kind of example
+ * struct example_kind - conversion of one kind of example by a codec
  * @kind: its name
- * @judge: makes words of the bytes, or bytes of the words
+ * @judge: convert the bytes to words, or the words to bytes
  */
 struct example_kind {
 	const char *kind;
@@ -76,7 +76,7 @@ static inline void example_judge(const struct example_kind *kinds, size_t count,
 	exit(3);
 }
 
-/* Answer each line of standard input with the bytes and the words as the codec has them */
+/* For each line of standard input print the bytes and the words of the codec */
 static inline int example_main(const struct example_kind *kinds, size_t count)
 {
 	char line[EXAMPLE_BYTES * 3 + EXAMPLE_WORDS];

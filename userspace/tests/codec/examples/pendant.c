@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * What the driver's codec makes of the examples of userspace/doc/protocol-xhc.md
+ * The examples of userspace/doc/protocol-xhc.md, converted by the codec of the driver
  */
 #include "../../../../drivers/hid-xhc/xhc-codec.c"
 #include "example.h"
 
 static const char * const selectors[] = { "off", "x", "y", "z", "a", "feed", "spindle" };
 
-/* In the order of the wire */
+/* In the order on the wire */
 static const char * const positions[] = {
 	"work_x", "work_y", "work_z", "machine_x", "machine_y", "machine_z"
 };
@@ -58,7 +58,7 @@ static void selector(struct example *example)
 		 in.selector_ok ? selectors[in.selector] : "unknown");
 }
 
-/* The number as written, and as shown, which is the pendant's matter */
+/* The number as written; the pendant determines how it is displayed */
 static void position(struct example *example)
 {
 	const struct xhc_model *model = model_of(example);
@@ -91,7 +91,7 @@ static void state(struct example *example)
 	xhc_format_state(model_of(example), example->bytes[0], example->words, EXAMPLE_WORDS);
 }
 
-/* "NAME VALUE". Return false when there is no such field, or it cannot have this value. */
+/* "NAME VALUE". Return false if there is no such field, or it cannot have this value. */
 static bool set_field(const struct xhc_model *model, struct xhc_display *display, char *text)
 {
 	char *name = strsep(&text, " ");

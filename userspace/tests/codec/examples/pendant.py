@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""What the virtual pendant makes of the examples of userspace/doc/protocol-xhc.md
+"""The examples of userspace/doc/protocol-xhc.md, converted by the virtual pendant
 
-Each function takes (about, bytes, words) and returns bytes and words as the simulator has them.
+Each function takes (about, bytes, words) and returns bytes and words of the simulator.
 """
 
 import re
@@ -11,7 +11,7 @@ from xhc_sim import lcd, models, pendant
 
 
 def report(about, data, words):
-    """The words are done to a pendant: what does it report?"""
+    """Applies the words to a pendant -> its report"""
     device = pendant.Pendant(models.get_model(about))
     fields = [field.rpartition(' ')[::2] for field in words.split(', ')]
     if words == 'asleep':
@@ -35,11 +35,11 @@ def selector(about, data, _):
     name = models.get_model(about).selector_name(data[0])
     if name == '0x%02x' % data[0]:
         return data, 'unknown'
-    return data, {'speed': 'a'}.get(name, name)     # the same place, another word on the HB03
+    return data, {'speed': 'a'}.get(name, name)     # same position, other name on the HB03
 
 
 def picture_with(about, at, data):
-    """An empty picture, but for these bytes"""
+    """A picture that is empty except for these bytes"""
     model = models.get_model(about)
     frame = bytearray(lcd.MAGIC + bytes([1]) + bytes(model.frame_size - 3))
     frame[at:at + len(data)] = data
@@ -47,7 +47,7 @@ def picture_with(about, at, data):
 
 
 def position(about, data, words):
-    """As shown, and as it should be by another way to round"""
+    """Compares the displayed number with another way of rounding"""
     written = words.split()[0]
     picture = picture_with(about, 3, data)
     shown = picture.coordinates['work_x']
@@ -69,7 +69,7 @@ def state(about, data, _):
 
 
 def picture(about, data, words):
-    """All reports to the pendant: what is on its LCD then?"""
+    """Sends all reports to the pendant -> the content of its LCD"""
     model = models.get_model(about)
     assembler, frames = lcd.Assembler(model), []
     for at in range(0, len(data), 1 + models.CHUNK_SIZE):

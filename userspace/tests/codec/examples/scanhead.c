@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * What the driver's codec makes of the examples of userspace/doc/protocol-xy3.md
+ * The examples of userspace/doc/protocol-xy3.md, converted by the codec of the driver
  */
 #include "../../../../drivers/xy3/xy3-frame.c"
 #include "../../../../drivers/xy3/xy3-lines.c"
@@ -72,7 +72,7 @@ static u32 command_code(const char *words)
 	return 0;
 }
 
-/* Which line carries what: a word for each, from IO0 on. Return their number. */
+/* The signals of the lines: a word for each, from IO0 on. Return their number. */
 static unsigned int read_signals(char *about, u8 *signal)
 {
 	unsigned int lines = 0;
@@ -215,7 +215,7 @@ static void add_name(struct example *example, const struct xy3_packet *packet)
 		example_add(example, ", ", "unknown %02x", packet->type);
 }
 
-/* A packet of its own, behind a sync packet */
+/* A single packet, after a sync packet */
 static void packet(struct example *example)
 {
 	enum xy3_byte_order order = strcmp(example->about, "big") ? XY3_LITTLE_ENDIAN :
@@ -239,7 +239,7 @@ static void packet(struct example *example)
 	add_content(example, &packet, order);
 }
 
-/* All of a stream, at once: packets, and what became of the other bytes */
+/* A whole stream, at once: its packets, and the counts of other bytes */
 static void stream(struct example *example)
 {
 	struct xy3_parser parser = { };

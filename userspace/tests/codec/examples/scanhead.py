@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""What the virtual head makes of the examples of userspace/doc/protocol-xy3.md
+"""The examples of userspace/doc/protocol-xy3.md, converted by the virtual head
 
-Each function takes (about, bytes, words) and returns bytes and words as the simulator has them.
+Each function takes (about, bytes, words) and returns bytes and words of the simulator.
 """
 
 from xy3_head_sim import wire
@@ -12,7 +12,7 @@ GAP = 2                 # clocks between frames when SYNC is a line
 # --- forward channel -------------------------------------------------------------------------
 
 def command(words, bits, unread=0):
-    """'calibrate xy' -> a frame; unread: what stands in six bits that nobody reads"""
+    """'calibrate xy' -> a frame; unread: the value of six bits that are ignored"""
     name, axes = words, ''
     if words not in wire.COMMANDS:
         name, _, axes = words.rpartition(' ')
@@ -20,7 +20,7 @@ def command(words, bits, unread=0):
 
 
 def frame(_, data, words):
-    """The words as a frame of this size; one that is wrong is none that anything makes."""
+    """The words as a frame of this size; for an erroneous frame, check that it is one."""
     bits = 8 * len(data)
     if words == 'torn':
         return data, words if bits != (32 if data[0] & 0x80 else 24) else 'whole'

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-only
-/* Display frame: every value of every field but the coordinates; the words for step and state. */
+/* Display frame: every value of each field except coordinates; the words for step and state. */
 #include "../../../../drivers/hid-xhc/xhc-codec.c"
 #include "pendant.h"
 
-/* Build a frame into memory that ends where the frame does. */
+/* Build a frame in memory of its exact size. */
 static u8 *encode(struct kunit *test, const struct xhc_display *display)
 {
 	const struct pendant *p = test->param_value;
@@ -68,7 +68,7 @@ static void every_step_and_icon_and_state(struct kunit *test)
 	}
 }
 
-/* Chunks put together again are the frame, then zeros. */
+/* The chunks, when joined, are the frame, then zeros. */
 static void every_chunk(struct kunit *test)
 {
 	const struct pendant *p = test->param_value;

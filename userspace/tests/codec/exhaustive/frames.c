@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
  * Every 24-bit frame, every command and position of 20 bits, and of 32-bit frames every command
- * with every parity and every value of the bits over it, against a receiver that takes them bit
- * by bit. A good frame, made again out of what was read, is the same frame.
+ * with every parity and every value of the bits above it, against a receiver that reads them bit
+ * by bit. Encoding the content of a good frame results in the same frame.
  */
 #include "../../../../drivers/xy3/xy3-frame.c"
 #include <kunit/test.h>
@@ -106,7 +106,7 @@ static void every_command_made(struct kunit *test)
 	}
 }
 
-/* Positions of 20 bits, all; of 26 bits each fifty-third, with all of the bits over them set */
+/* All positions of 20 bits; of 26 bits every 53rd, with all bits above them set */
 static void every_position_made(struct kunit *test)
 {
 	for (u32 code = 0; code < 1U << 26; code += code < 1U << 20 ? 1 : 53) {
@@ -129,7 +129,7 @@ static void every_position_made(struct kunit *test)
 	}
 }
 
-/* Every text of up to four bytes out of those that mean something, and some that do not */
+/* Every text of up to four bytes, from those with a meaning, and some without */
 static void every_short_text(struct kunit *test)
 {
 	static const char bytes[] = "xyzuwalXv\n ";
@@ -144,7 +144,7 @@ static void every_short_text(struct kunit *test)
 		bool good = true;
 		char *word = text;
 
-		/* said the other way round: cut the white space off, then read */
+		/* another way: remove the white space, then parse */
 		while (*word == ' ' || *word == '\n')
 			word++;
 		for (size_t end = strlen(word); end && strchr("\n ", word[end - 1]); end--)

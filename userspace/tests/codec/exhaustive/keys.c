@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-/* Every change from one pair of keys to another against sets of keys. */
+/* Every change from one pair of keys to another, against sets of keys. */
 #include <kunit/test.h>
 
 #include "../../../../drivers/hid-xhc/xhc-codec.c"
@@ -14,7 +14,7 @@ static void set_of(const u8 *slots, struct key_set *set)
 			set->has[slots[i]] = true;
 }
 
-/* What the changes make of the set before must be the set now; each change must change it. */
+/* The changes must turn the old set into the new one, and each must change the set. */
 static void check(struct kunit *test, const u8 *was, const u8 *now)
 {
 	struct xhc_key_change change[XHC_KEY_CHANGES_MAX];

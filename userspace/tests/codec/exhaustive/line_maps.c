@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * Positions and commands over all default arrangements of lines: taken off the wire clock by
- * clock, each line on its own, and read by a receiver's rules. One line has all of 20 bits, each of
+ * Positions and commands over all default arrangements of lines: sampled clock by clock, each line
+ * separately, and decoded by the rules of a receiver. One line gets all values of 20 bits, each of
  * two lines half of them, spread over the whole range, and so on; commands fewer.
  */
 #include "../../../../drivers/xy3/xy3-lines.c"
@@ -31,7 +31,7 @@ static const struct arrangement arrangements[] = {
 
 KUNIT_ARRAY_PARAM_DESC(arrangement, arrangements, name);
 
-/* What came over each line, first bit on top */
+/* The bits received on each line, first bit on top */
 struct taken {
 	u64 line[8];
 	unsigned int clocks;
@@ -52,7 +52,7 @@ static struct taken take(const struct arrangement *a, const u8 *scan, size_t siz
 	return taken;
 }
 
-/* The frame that a receiver must see; its bits are added up, not counted at once */
+/* The frame that a receiver must get; its bits are added up one by one */
 static u32 frame_word(const struct arrangement *a, bool position, u32 data)
 {
 	unsigned int ones = 0;
@@ -74,7 +74,7 @@ static void check(struct kunit *test, const struct xy3_line_map *map, const u8 *
 	if (taken.clocks != a->frame_bits + gap)
 		KUNIT_FAIL_AND_ABORT(test, "%u clocks", taken.clocks);
 	for (unsigned int line = 0; line < a->lines; line++) {
-		int axis = (int)line - a->sync_is_line;	/* in this order in all of them */
+		int axis = (int)line - a->sync_is_line;	/* the same order in all arrangements */
 		u64 want = 0;
 
 		if (axis < 0)
@@ -128,7 +128,7 @@ static void every_command(struct kunit *test)
 	for (u32 command = 0; command < 1U << 20; command += step) {
 		u8 out[XY3_SCAN_SIZE_MAX];
 
-		/* what is over the 20 bits is left off */
+		/* bits above the 20 are dropped */
 		xy3_encode_command_scan(&map, command | command << 20, out);
 		check(test, &map, out, false, &command);
 	}

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-only */
 /*
- * The two pendants as the document "XHC xHB03 & xHB04 INTERNALS" tables them: offsets are typed
- * from there and owe nothing to the driver's tables.
+ * The two pendants as in the tables of the document "XHC xHB03 & xHB04 INTERNALS": offsets are
+ * copied from there, independent of the tables of the driver.
  */
 #ifndef EXHAUSTIVE_PENDANT_H
 #define EXHAUSTIVE_PENDANT_H

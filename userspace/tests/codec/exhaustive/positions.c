@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * Coordinates on the wire: every fraction with either sign beside a few integers, every integer
- * beside a few fractions. The reference rounds in floating point, which the driver never does.
+ * Coordinates on the wire: every fraction with either sign and a few integers, every integer with a
+ * few fractions. The reference rounds in floating point, unlike the driver.
  */
 #include <math.h>
 
@@ -11,7 +11,7 @@
 static const long long integers[] = { 0, 1, 9, 255, 256, 32767, 32768, 65534, 65535 };
 static const long long fractions[] = { 0, 1, 49, 50, 51, 4999, 5000, 9899, 9949, 9950, 9999 };
 
-/* The wire's bytes of one coordinate as the document describes them; false: has no room. */
+/* The bytes of one coordinate on the wire as in the document; false: out of range. */
 static bool reference(const struct pendant *p, long long units, u8 *bytes)
 {
 	long long shown = llround((double)units / p->units_shown);
@@ -81,7 +81,7 @@ static void beyond_the_wire(struct kunit *test)
 	check(test, S32_MIN, 3);
 }
 
-/* Of all words that a fraction's bytes can hold, the legal ones occur and no other does. */
+/* Of all values of the bytes of a fraction, exactly the legal ones occur. */
 static void every_fraction_word(struct kunit *test)
 {
 	const struct pendant *p = test->param_value;

@@ -3,7 +3,7 @@
 #include "../../../../drivers/hid-xhc/xhc-codec.c"
 #include "pendant.h"
 
-/* Where the rotary switch stands, by its code; what is not here is off and unknown. */
+/* Positions of the rotary switch by code; other codes are off and unknown. */
 static int selector_of(const struct pendant *p, int code, bool swap)
 {
 	static const int position[256] = {
@@ -11,7 +11,7 @@ static int selector_of(const struct pendant *p, int code, bool swap)
 	};
 	bool as_in_the_document = (p->product == 0xeb6e) != swap;
 
-	/* where it is not, the codes of 5 and 6 are exchanged */
+	/* if false, the codes of 5 and 6 are swapped */
 	return position[code] >= 5 && !as_in_the_document ? 11 - position[code] : position[code];
 }
 
@@ -19,7 +19,7 @@ static void check(struct kunit *test, const u8 *bytes, bool swap)
 {
 	const struct pendant *p = test->param_value;
 	struct xhc_input_state in;
-	u8 *data = kunit_kmalloc(test, 6, GFP_KERNEL);	/* not a byte more, for ASan */
+	u8 *data = kunit_kmalloc(test, 6, GFP_KERNEL);	/* exact size, for ASan */
 
 	KUNIT_ASSERT_NOT_NULL(test, data);
 	memset(&in, 0x5a, sizeof(in));
@@ -67,7 +67,7 @@ static void every_day_with_every_key(struct kunit *test)
 		}
 }
 
-/* Refused, nothing written, and no byte looked at beyond the ones that came. */
+/* Refused, nothing written, and no byte read beyond those received. */
 static void every_wrong_size_and_id(struct kunit *test)
 {
 	struct xhc_input_state in, clean;

@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * Every stream of some bytes out of those that mean something to the backchannel, given byte by
- * byte and at once, against a reference that looks at the whole stream from its start each time.
+ * Every stream of some bytes, from those with a meaning in the backchannel, passed byte by byte and
+ * at once, against a reference that reads the whole stream from its start each time.
  */
 #include "../../../../drivers/xy3/xy3-packet.c"
 #include <kunit/test.h>
 
 #define LONGEST		16
-#define OUT_MAX		64	/* a byte is in one packet at most, but for the counting below */
+#define OUT_MAX		64	/* a byte is in at most one packet, except when counting below */
 
-/* One byte of a stream; DAMAGED stands for one that came with a line error */
+/* One byte of a stream; DAMAGED is a byte with a line error */
 enum { DAMAGED = -1 };
 
 static const int alphabet[] = { 0x48, 0x41, 0x00, 0x07, 0x01, 0xa5, DAMAGED };
 
 struct result {
-	u8 out[OUT_MAX];	/* the packets, one behind the other */
+	u8 out[OUT_MAX];	/* the packets, concatenated */
 	size_t size;
 	u64 packets;
 	u64 unknown;
@@ -34,7 +34,7 @@ static bool follows(const int *stream, size_t at, size_t end, int a, int b, int 
 	       stream[at + 3] == d;
 }
 
-/* How many of the last bytes may be the start of the sequence */
+/* The number of last bytes that may be the start of the sequence */
 static size_t promising(const int *stream, size_t at, size_t end)
 {
 	size_t left = end - at;
@@ -46,7 +46,7 @@ static size_t promising(const int *stream, size_t at, size_t end)
 	return left >= 1 && stream[end - 1] == 0x48;
 }
 
-/* 1 good, 0 unknown, -1 illegal; of the known types those that the alphabet can write */
+/* 1 good, 0 unknown, -1 illegal; only known types that are in the alphabet */
 static int judge(int type, int length)
 {
 	switch (type) {
@@ -201,7 +201,7 @@ static void fail(struct kunit *test, const char *how, const int *stream, size_t 
 
 static unsigned long long tried;
 
-/* This stream, and every longer one that begins with it */
+/* This stream, and every longer one that starts with it */
 static void walk(struct kunit *test, const struct reader *so_far, int *stream, size_t size,
 		 size_t longest)
 {
@@ -264,7 +264,7 @@ static void every_short_stream(struct kunit *test)
 
 /* ---- every type with every length ---- */
 
-/* Which lengths a type may have, from the description of the format; -1 for an unknown type */
+/* The legal lengths of a type, from the description of the format; -1 for an unknown type */
 static int legal(unsigned int type, unsigned int length)
 {
 	switch (type) {

@@ -7,7 +7,7 @@
 
 #define MOST	99999
 
-/* The shortest decimal text, by cutting zeros off a long one. */
+/* The shortest decimal text, by removing zeros from a long one. */
 static void shortest(long long units, char *text, size_t size)
 {
 	size_t len;
@@ -45,7 +45,7 @@ static void there_and_back(struct kunit *test)
 	}
 }
 
-/* Half away from zero, from the text itself: 0.004999 is never rounded twice. */
+/* Half away from zero, from the text: 0.004999 is not rounded twice. */
 static void six_decimals(struct kunit *test)
 {
 	const struct pendant *p = test->param_value;
@@ -74,7 +74,7 @@ static void every_integer(struct kunit *test)
 	}
 }
 
-/* Any one byte put at any place of a good number: a number again, or refused, never taken wrong. */
+/* Any byte at any position of a good number: a number, or refused, never misread. */
 static void every_stray_byte(struct kunit *test)
 {
 	static const char good[] = "-12.75";

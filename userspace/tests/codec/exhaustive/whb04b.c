@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * The WHB04B: every value of every byte of its report, its check byte of all seeds, and every value
- * of every field of its display frame. The references are typed from what is known about units in
- * the field and owe nothing to the driver's tables.
+ * The WHB04B: every value of each byte of its report, its check byte for all seeds, and every value
+ * of each field of its display frame. The references are written from what is known about units in
+ * the field, independent of the tables of the driver.
  */
 #include <kunit/test.h>
 
@@ -37,7 +37,7 @@ static int feed_of(int code)
 
 static void check(struct kunit *test, const struct xhc_model *model, const u8 *bytes, bool swap)
 {
-	u8 *data = kunit_kmalloc(test, 8, GFP_KERNEL);	/* not a byte more, for ASan */
+	u8 *data = kunit_kmalloc(test, 8, GFP_KERNEL);	/* exact size, for ASan */
 	struct xhc_input_state in;
 
 	KUNIT_ASSERT_NOT_NULL(test, data);
@@ -104,7 +104,7 @@ static void every_pair_of_rotaries(struct kunit *test)
 		}
 }
 
-/* Bit by bit: the bit of (255 - r) + key, inverted where r has none or the seed has one */
+/* Bit by bit: the bit of (255 - r) + key, inverted if it is 0 in r or 1 in the seed */
 static int check_byte(int r, int key, int seed)
 {
 	int sum = (255 - r + key) % 256, byte = 0;
@@ -133,7 +133,7 @@ static void every_seed(struct kunit *test)
 			}
 }
 
-/* A seed cannot be told from another one where they differ in bits that r does not have only */
+/* Two seeds cannot be distinguished if they only differ in bits that are 0 in r */
 static void every_pair_of_seeds(struct kunit *test)
 {
 	const struct xhc_model *model = whb04b(test);
@@ -147,7 +147,7 @@ static void every_pair_of_seeds(struct kunit *test)
 		}
 }
 
-/* Refused, nothing written, and no byte looked at beyond the ones that came. */
+/* Refused, nothing written, and no byte read beyond those received. */
 static void every_wrong_size_and_id(struct kunit *test)
 {
 	const struct xhc_model *model = whb04b(test);
@@ -171,7 +171,7 @@ static void every_wrong_size_and_id(struct kunit *test)
 		}
 }
 
-/* Into memory that ends where the frame does */
+/* In memory of its exact size */
 static u8 *encode(struct kunit *test, const struct xhc_display *display)
 {
 	static const u8 start[3] = { 0xfe, 0xfd, 0xfe };

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-2.0-only */
-/* What the targets share. FAULT, when it is defined, plants a fault (see run-fuzz). */
+/* Common to the targets. FAULT, if defined, plants a fault (see run-fuzz). */
 #ifndef FUZZ_H
 #define FUZZ_H
 

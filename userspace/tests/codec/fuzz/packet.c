@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * libFuzzer target: the backchannel's packet codec.
+ * libFuzzer target: the packet codec of the backchannel.
  *
- * An input is a row of steps, each led by a byte n:
+ * An input is a sequence of steps, each starting with a byte n:
  *
- *   00..DF  the next n bytes are given in one piece
+ *   00..DF  the next n bytes are passed in one piece
  *   E0..EF  the next 64 * (n - DFh) bytes
- *   F0..FF  n - F0h bytes came damaged
+ *   F0..FF  n - F0h bytes are damaged
  *
- * The same bytes go to a second parser one by one; both must tell the same. FAULT, when it is
- * defined, plants a fault that must be found (see run-fuzz).
+ * A second parser gets the same bytes one by one; results must be the same. FAULT, if defined,
+ * plants a fault that must be found (see run-fuzz).
  */
 #include "../../../../drivers/xy3/xy3-packet.c"
 #include "fuzz.h"
@@ -20,7 +20,7 @@ struct reader {
 	u64 hash;	/* over all bytes of all packets */
 };
 
-/* ---- what packets say ---- */
+/* ---- content of packets ---- */
 
 static void check_numbers(const struct xy3_packet *packet, enum xy3_byte_order order)
 {
@@ -106,7 +106,7 @@ static void give(struct reader *reader, const u8 *data, size_t size)
 	check_accounts(reader);
 }
 
-/* In memory that has not a byte more, for ASan */
+/* In memory of the exact size, for ASan */
 static void give_piece(struct reader *reader, const u8 *data, size_t size)
 {
 	u8 *piece = malloc(size);

@@ -1,22 +1,22 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * libFuzzer target: the pendants' codec.
+ * libFuzzer target: the codec of the pendants.
  *
- * The first byte of an input chooses the model (low two bits), swap_feed_spindle (bit 2) and what
- * the rest is (bits 3 and 4):
+ * The first byte of an input selects the model (low two bits), swap_feed_spindle (bit 2) and the
+ * meaning of the rest (bits 3 and 4):
  *
- *   0  reports, each led by its size, 0..15
+ *   0  reports, each preceded by its size, 0..15
  *   1  a text, which may be a position, a step or a state
  *   2  values of a display frame
  *
- * FAULT, when it is defined, plants a fault that must be found (see run-fuzz).
+ * FAULT, if defined, plants a fault that must be found (see run-fuzz).
  */
 #include "../../../../drivers/hid-xhc/xhc-codec.c"
 #include "fuzz.h"
 
 static const u32 products[] = { 0xeb6e, 0xeb70, 0xeb93 };
 
-/* In memory that has not a byte more, for ASan */
+/* In memory of the exact size, for ASan */
 static void *copy(const void *data, size_t size)
 {
 	void *exact = malloc(size);
@@ -33,7 +33,7 @@ static bool has(const u8 *keys, u8 code)
 	return keys[0] == code || keys[1] == code;
 }
 
-/* The changes lead from one set of keys to the other, each key once, releases first */
+/* The changes turn one set of keys into the other, each key once, releases first */
 static void check_changes(const u8 *was, const u8 *now)
 {
 	struct xhc_key_change change[XHC_KEY_CHANGES_MAX];

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Faults to be planted in the drivers on purpose, a module for each driver."""
+"""Faults to plant in the drivers, a module for each driver."""
 
 from dataclasses import dataclass
 
-# Where a test notices; a leak is noticed in the run of SIM, by the kernel's scan for leaks alone
+# The level whose test fails; a leak is detected in the run of SIM, by kmemleak only
 HOST, KERNEL, SIM, LEAK = range(4)
 
 
@@ -11,9 +11,9 @@ HOST, KERNEL, SIM, LEAK = range(4)
 class Mutation:
     name: str
     file: str
-    old: str                # stands once in the file
+    old: str                # occurs once in the file
     new: str
-    level: int = HOST       # the first level where a test is known to catch it
+    level: int = HOST       # the first level in which a test is known to catch it
 
 
 @dataclass

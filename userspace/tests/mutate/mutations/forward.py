@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""What is broken in the scanhead's forward channel: the codec in xy3, and xy3-spi.
+"""Mutations of the forward channel of scanheads: the codec in xy3, and xy3-spi.
 
-'rate set before the command' is with the backchannel, in scanhead.py.
+'rate set before the command' is in scanhead.py, with the backchannel.
 """
 
 from . import LEAK, SIM, Driver, Mutation
@@ -48,7 +48,7 @@ MUTATIONS = (
     Mutation('wrong byte order on the wire', 'xy3-lines.c',
              'put_unaligned_be32(bits, out);',
              'put_unaligned_le32(bits, out);'),
-    # xy3-spi's
+    # xy3-spi
     Mutation('lost last scan', 'spi/xy3-stream.c',
              'stream->running = false;\n',
              'stream->running = false;\n'
@@ -76,7 +76,7 @@ MUTATIONS = (
     Mutation('unbind leak', 'spi/xy3-stream.c',
              '\txy3_blocks_free(&stream->spare);\n',
              '', LEAK),
-    # beyond the list of the ten
+    # not in the original list
     Mutation('what is repeated is not the last scan', 'spi/xy3-queue.c',
              'memcpy(stream->last, last, size);',
              'memcpy(stream->last, block->data, size);', SIM),

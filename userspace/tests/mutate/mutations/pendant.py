@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""What is broken in the pendant's driver, hid-xhc."""
+"""Mutations of the driver of pendants, hid-xhc."""
 
 from . import KERNEL, SIM, Driver, Mutation
 
@@ -40,7 +40,7 @@ MUTATIONS = (
              '\txhc_emit_selector(evdev, in, selector_was);\n'
              '\tinput_report_abs(evdev->dev, ABS_THROTTLE, in->feed);\n',
              KERNEL),
-    # beyond the list of the ten
+    # not in the original list
     Mutation('half is rounded down', 'xhc-codec.c',
              '(magnitude % step >= (step + 1) / 2)',
              '(magnitude % step > (step + 1) / 2)'),

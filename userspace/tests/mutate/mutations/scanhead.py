@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""What is broken in the scanhead's driver, xy3."""
+"""Mutations of the driver of scanheads, xy3."""
 
 from . import KERNEL, SIM, Driver, Mutation
 
@@ -35,7 +35,7 @@ MUTATIONS = (
     Mutation('partial packet delivered', 'xy3-packet.c',
              '\tif (!xy3_keep(parser, data, size, xy3_packet_size(packet)))\n\t\treturn false;\n',
              '\txy3_keep(parser, data, size, xy3_packet_size(packet));\n'),
-    # beyond the list of the ten
+    # not in the original list
     Mutation('length - 1 accepted', 'xy3-packet.c',
              'packet->length >= kind->min &&',
              'packet->length + 1 >= kind->min &&'),
@@ -66,7 +66,7 @@ MUTATIONS = (
     Mutation('axes grown together with on', 'xy3-frame.c',
              '\tif (*text && !isspace(*text))\n\t\treturn -EINVAL;\n',
              ''),
-    # the driver's
+    # the driver
     Mutation('bytes that the UART has flagged are data', 'xy3-back.c',
              '\tif (!flags) {\n',
              '\tif (!flags || size) {\n', KERNEL),
