@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The forward channel in a closed loop: what is written to the IIO device is what the virtual head
-has received, in order, whatever the lines; and commands, rates, errors of the controller.
+"""The forward channel in a closed loop: the virtual head receives what is written to the IIO
+device, in order, on all arrangements of lines; and commands, rates, errors of the controller.
 """
 
 import errno
@@ -48,7 +48,7 @@ class TestClosedLoop(Case):
         assert forward.number('bus_errors') == 0
 
     def test_positions_while_a_stream_runs(self):
-        """Those that the controller has, not those that wait; also while it is being disabled."""
+        """Those that the controller has, not pending ones; also while it is being disabled."""
         forward = self.forward(4, 'line', more='realtime=1')
         assert forward.set('sampling_frequency', 1000) is None
         assert forward.set('out_angl0_raw', 0) is None
@@ -61,7 +61,7 @@ class TestClosedLoop(Case):
         assert forward.set('abort', 1) is None
         assert wait(lambda: forward.number('repeated') > 0)
         assert forward.x_of('positions') == forward.get('out_angl0_raw') != '3999'
-        # an axis that is left out keeps the position that was sent
+        # a disabled axis keeps the position sent last
         stream.finish()
         stream = forward.stream(axes=(1,))
         stream.write(struct.pack('<I', 9))
@@ -80,7 +80,7 @@ class TestClosedLoop(Case):
 
     @pytest.mark.parametrize('bits', (24, 32))
     def test_out_of_the_field(self, bits):
-        """To the nearest edge, never to the opposite one; and counted."""
+        """Clamped to the nearest edge, never to the opposite one; and counted."""
         last = (1 << {24: 20, 32: 26}[bits]) - 1
         forward = self.forward(1, 'cs')
         assert forward.set('frame_bits', bits) is None
@@ -92,7 +92,7 @@ class TestClosedLoop(Case):
         assert [int(row) for row in forward.sim('record').split()] == [last, 0, last, 0, last, 0]
 
     def test_begins_in_the_middle(self):
-        """One axis that is set, or streamed to, does not move the others to a corner."""
+        """Setting an axis, or streaming to it, does not move the others to a corner."""
         forward = self.forward(4, 'cs')
         assert forward.get('out_angl1_raw') == str(1 << 19)
         forward.record(10)
@@ -105,12 +105,12 @@ class TestClosedLoop(Case):
             '%d 6 %d %d' % (5 << 6, middle[1], middle[1])]
 
     def test_late_writer(self):
-        """One underrun for each time that it is late, however late."""
+        """One underrun each time that it is late, independent of the delay."""
         forward = self.forward(4, 'line', more='realtime=1')
         stream = forward.stream()
         for round_ in range(1, 4):
             stream.write(struct.pack('<3I', round_, 0, 0) * 300)
-            # more than what the controller has got of the last round
+            # more than the controller had received in the last round
             enough = forward.number('repeated') + 1000
             assert wait(lambda enough=enough: forward.number('repeated') > enough)
             assert forward.number('underruns') == round_
@@ -118,7 +118,7 @@ class TestClosedLoop(Case):
         stream.finish()
 
     def test_underruns_are_notified(self):
-        """Each that begins, to pollers and as uevents; nothing else."""
+        """The start of each, to pollers and as uevents; nothing else."""
         forward = self.forward(4, 'line', more='realtime=1')
         poller = head_rig.AttributePoller(forward.iio + 'underruns')
         self.add_cleanup(poller.close)
@@ -132,7 +132,7 @@ class TestClosedLoop(Case):
             assert poller.changed(5)
             assert poller.read() == '%d\n' % number
             assert events.properties() == [{'EVENT': 'underrun'}]
-            assert not poller.changed(0.3)      # it goes on
+            assert not poller.changed(0.3)      # the same one continues
         stream.finish()
 
     def test_many_underruns(self):
@@ -227,7 +227,7 @@ class TestSettings(Case):
             assert forward.get('sampling_frequency') == '1234'
 
     def test_suspend_stops_a_stream(self):
-        """With what waits dropped; a new start is a new stream."""
+        """Pending scans are dropped; another start begins a new stream."""
         forward = self.forward(4, 'line', more='realtime=1')
         assert forward.set('sampling_frequency', 1000) is None
         write_file('/sys/module/suspend/parameters/pm_test_delay', '0')
@@ -239,7 +239,7 @@ class TestSettings(Case):
         assert scans < 2000
         assert error_name(stream.write, b'\0' * 12) == 'ESHUTDOWN'
         assert error_name(write_file, forward.head + 'calibrate', 'x') == 'ESHUTDOWN'
-        assert forward.number('scans') == scans     # it stands still
+        assert forward.number('scans') == scans     # no scans are sent
         assert forward.number('bus_errors') == 0
         assert forward.stop() is None
         assert forward.start() is None
@@ -250,7 +250,7 @@ class TestSettings(Case):
         assert forward.set('out_angl0_raw', 5) is None
 
     def test_another_drivers_device(self):
-        """What firmware calls something else, as boards do that come with /dev/spidevB.C."""
+        """A device with another name in firmware, as on boards with /dev/spidevB.C."""
         self.sim(1, 'cs', more='modalias=spidev')
         device = read_file(forward_rig.DEBUGFS + '0/devices').split()[1]
         write_file('/sys/bus/spi/devices/%s/driver_override' % device, 'xy3-spi')
@@ -303,7 +303,7 @@ class TestCommands(Case):
     @pytest.mark.parametrize('bits', (24, 32))
     @pytest.mark.parametrize('lines, framing', ((2, 'cs'), (4, 'cs'), (4, 'line'), (8, 'line')))
     def test_frames_of_the_other_axes(self, lines, framing, bits):
-        """Beside a command they have its length, and do nothing."""
+        """During a command they have the same length, and no effect."""
         forward = self.forward(lines, framing)
         assert forward.set('frame_bits', bits) is None
         assert forward.set('out_angl1_raw', 6) is None
@@ -321,13 +321,13 @@ class TestCommands(Case):
                           for name, bits in (('calibrate', 24), ('reference', 32)))
         assert os.write(fd, frames) == 7
         assert error_name(os.write, fd, frames[:5]) == 'EINVAL'
-        # if anything of those five bytes were sent, it would arrive before this one
+        # if any of those five bytes were sent, it would arrive before this one
         assert os.write(fd, head_rig.wire.command_frame('reference', 'y')) == 3
         assert wait(lambda: forward.codes()[-1:] == ['20002'])
         assert forward.codes() == ['c0001', '20001', '20002']
 
     def test_more_frames_than_fit(self):
-        """A write that blocks is taken whole; poll() and O_NONBLOCK agree about room."""
+        """A blocking write is complete; poll() and O_NONBLOCK agree about free space."""
         forward = self.forward(1, 'cs')
         fd = os.open('/dev/xy3-0', os.O_RDWR | os.O_NOCTTY)
         self.add_cleanup(os.close, fd)
@@ -372,7 +372,7 @@ class TestCommands(Case):
 class TestAbort(Case):
     SCANS = 4096
     DATA = struct.pack('<3I', 1, 2, 3) * SCANS
-    RATE = 200      # scans that are written take 20 s
+    RATE = 200      # sending the written scans takes 20 s
 
     def slow_stream(self):
         forward = self.forward(4, 'line', more='realtime=1')
@@ -380,21 +380,21 @@ class TestAbort(Case):
         return forward, forward.stream()
 
     def disable(self, forward):
-        """In another process. -> its pid"""
+        """Disables in another process -> its pid"""
         child = os.fork()
         if not child:
             os._exit(forward.stop() is not None)
         return child
 
     def ended(self, child):
-        """-> how, before all could have been sent"""
+        """-> exit status, before all could have been sent"""
         start = time.monotonic()
         status = os.waitpid(child, 0)[1]
         assert time.monotonic() - start < self.SCANS / self.RATE / 2
         return status
 
     def written(self, forward):
-        """-> scans sent that were written"""
+        """-> number of written scans that were sent"""
         return forward.number('scans') - forward.number('repeated')
 
     def test_abort(self):
@@ -404,19 +404,19 @@ class TestAbort(Case):
         assert forward.number('buffer/data_available') == 0
         assert wait(lambda: forward.number('repeated') > 0)
         assert self.written(forward) < self.SCANS / 2
-        assert stream.write(struct.pack('<3I', 7, 8, 9)) == 12      # it runs
+        assert stream.write(struct.pack('<3I', 7, 8, 9)) == 12      # it is running
         stream.finish()
         assert forward.x_of('positions') == '7'
 
     def test_abort_of_a_write_that_waits(self):
-        """All of it is dropped, not only what the buffer had room for; and nothing of the next."""
+        """All of it is dropped, not only the part in the buffer; and nothing of the next one."""
         forward, stream = self.slow_stream()
         scans = self.DATA + struct.pack('<3I', 4, 5, 6) * self.SCANS * 4
         taken = []
         writer = threading.Thread(target=lambda: taken.append(stream.write(scans)), daemon=True)
         writer.start()
         assert wait(lambda: forward.number('buffer/data_available') > self.SCANS * 3 // 2)
-        time.sleep(0.5)                                     # the rest has no room
+        time.sleep(0.5)                                     # no space for the rest
         assert forward.set('abort', 1) is None
         writer.join(60)
         assert taken == [len(scans)]
@@ -474,10 +474,10 @@ class TestErrors(Case):
             for _ in range(100000):
                 stream.write(b'\0' * 12 * 256)
         assert caught.value.errno == errno.EIO
-        # neither a command that was refused nor positions that were left go out later
+        # neither a refused command nor remaining positions are sent later
         assert error_name(write_file, forward.head + 'calibrate', 'x') == 'EIO'
         assert forward.stop() is None
-        scans = forward.number('scans')     # the controller has nothing of the stream any more
+        scans = forward.number('scans')     # the controller has no data of the stream any more
         for more, (axis, code) in enumerate((('y', '20002'), ('z', '20004')), 1):
             write_file(forward.head + 'reference', axis)
             assert wait(lambda: forward.codes()[-1:] == [code])
@@ -485,7 +485,7 @@ class TestErrors(Case):
         assert forward.codes() == ['20002', '20004']
         assert forward.number('scans') == scans + 2
         assert forward.number('bus_errors') == 1
-        assert forward.start() is None      # a new stream is a new chance
+        assert forward.start() is None      # a new stream can start
         assert stream.write(b'\0' * 12) == 12
         stream.finish()
         forward.set_sim('faults/spi_error_in', 1)
@@ -494,7 +494,7 @@ class TestErrors(Case):
         assert forward.set('out_angl0_raw', 5) is None
 
     def test_positions_after_an_error(self):
-        """What the controller was never given is not where an axis is."""
+        """Positions that the controller has never received are not reported."""
         forward = self.forward(4, 'line', more='realtime=1')
         assert forward.set('sampling_frequency', 2000) is None
         for axis in range(3):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Virtual heads by configfs: each of its own kind, made and taken away while the others run."""
+"""Virtual heads by configfs: of different kinds, created and removed while the others run."""
 
 import glob
 import os
@@ -22,7 +22,7 @@ class TestGroups(Case):
         self.sim(more='heads=0')
 
     def test_settings(self):
-        """A group begins with the module's parameters, each of which is a setting."""
+        """Each module parameter is a setting of a group, and its initial value."""
         group = self.group('a')
         names = set(os.listdir(group.path)) - {'live', 'number'}
         assert names == set(os.listdir(PARAMETERS)) - {'heads'}
@@ -40,7 +40,7 @@ class TestGroups(Case):
             assert group.get(name) == before
 
     def test_life(self):
-        """Live, it has a number, a tty and a folder in debugfs, and its settings stay."""
+        """If live, it has a number, a tty and a folder in debugfs, and its settings are fixed."""
         group = self.group('a', lines=1, framing='cs')
         assert (group.get('live'), group.get('number')) == ('0', '0')
         assert not os.path.exists(forward_rig.DEBUGFS + '0')
@@ -76,7 +76,7 @@ class TestGroups(Case):
         assert head_rig.heads() == []
 
     def test_numbers(self):
-        """There are four, and the lowest one that is free is taken."""
+        """There are four, and the lowest free one is used."""
         groups = [self.group(name) for name in 'abcd']
         assert [group.number for group in groups] == [0, 1, 2, 3]
         assert head_rig.error_name(os.mkdir, CONFIGFS + 'e') == 'ENOSPC'
@@ -92,9 +92,9 @@ class TestGroups(Case):
 
 class TestKinds(Case):
     def test_two_kinds(self):
-        """At once, beside one of the module's: each has what its controller can do."""
+        """At the same time as one of the module: each has the features of its controller."""
         self.sim(1, 'cs', more='modalias=spidev')
-        # any two as mainline has them: quad and flash modes only; one line, words of 32 bits
+        # two of mainline, for example: only quad and flash modes; one line, words of 32 bits
         _, quad = self.head('quad', lines=4, framing='line', modes='0,3', clock_inverted=1,
                             idle='low', modalias='xy3-100')
         _, word = self.head('word', lines=1, framing='cs', cs_word=1, idle='high',
@@ -114,7 +114,7 @@ class TestKinds(Case):
         assert word.recorded() == scans(100001, 20000, axes=1)
 
     def test_same_driver(self):
-        """Two heads may have the same driver's name, and it goes with the last one."""
+        """Two heads may have the same driver name, which is unregistered with the last one."""
         self.sim(more='heads=0')
         one = self.group('one', driver='tegra-qspi')
         other = self.group('other', driver='tegra-qspi')
@@ -131,7 +131,7 @@ class TestKinds(Case):
         assert not os.path.exists(folder)
 
     def test_backchannel(self):
-        """Each has a UART of its own speed and pace."""
+        """Each has a UART with a separate speed and packet rate."""
         self.sim(more='heads=0')
         self.group('none')
         _, forward = self.head('uart', uart_max=230400, sync_ms=50)
@@ -148,7 +148,7 @@ class TestRemoval(Case):
         assert not os.path.exists(forward.iio)
 
     def test_while_a_stream_runs(self):
-        """Its file is of no use any more; the other head's stream loses nothing."""
+        """Its file returns errors; the stream of the other head loses nothing."""
         self.sim(more='heads=0')
         group, forward = self.head('a', lines=4, framing='line')
         _, other = self.head('b', lines=4, framing='line', turnaround_us=50)
@@ -174,7 +174,7 @@ class TestRemoval(Case):
         assert other.recorded() == scans(1, 2000)
 
     def test_while_the_bus_is_locked(self):
-        """A neighbour has the bus as the head goes away."""
+        """Another device has the bus locked while the head is removed."""
         self.sim(more='heads=0')
         group, forward = self.head('a', lines=4, framing='line')
         stream = forward.stream()

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The forward channel on controllers that are not as kind as the virtual one is by default. Each is
-a controller of mainline, by the name that stands beside it: it works, or its refusal is a sentence.
+"""The forward channel on controllers with more limits than the virtual one has by default. Each is
+a controller of mainline, with its name: it works, or it is refused with a message.
 """
 
 import glob
@@ -21,8 +21,8 @@ def log():
 class TestLatency(Case):
     @pytest.mark.parametrize('rate', (300, 1000, 10000, 100000, 200000))
     def test_one_scan(self, rate):
-        """Written while the last position is repeated it waits for the message that is being sent
-        and for one more, of 1 ms or one frame each at most: it is on the wire within 2 ms.
+        """Written while the last position is repeated, it waits for the message being sent and for
+        one more, of at most 1 ms or one frame each: it is on the wire within 2 ms.
         """
         forward = self.forward(4, 'line', more='realtime=1')
         assert forward.set('sampling_frequency', rate) is None
@@ -41,7 +41,7 @@ class TestLatency(Case):
 
 class TestControllers(Case):
     def sends(self, more, lines=4, framing='line', cs_word=0):
-        """A position and a command come as they should."""
+        """A position and a command are received correctly."""
         forward = self.forward(lines, framing, cs_word, more=more)
         assert forward.set('out_angl0_raw', 4321) is None
         assert forward.x_of('positions') == '4321'
@@ -56,7 +56,7 @@ class TestControllers(Case):
 
     @pytest.mark.parametrize('modes', ('0,3', '0', 'all', 'claimed'))
     def test_crossed_clock(self, modes):
-        """qcom-qspi, stm32-qspi, any, tegra210-quad: with the pair of CLK crossed all serve."""
+        """qcom-qspi, stm32-qspi, any, tegra210-quad: all work with the pair of CLK crossed."""
         self.sends('modes=%s clock_inverted=1' % modes)
 
     @pytest.mark.parametrize('modes', ('0,3', '0'))
@@ -64,7 +64,7 @@ class TestControllers(Case):
         self.refused('lasia,clock-inverted', 'modes=' + modes)
 
     def test_mode_1_claimed(self):
-        """A driver that takes mode 1 and does mode 0 is known by its name only."""
+        """A driver that accepts mode 1 but uses mode 0 is only known by its name."""
         self.sim(4, 'line', more='modes=claimed driver=tegra-qspi')
         assert wait(lambda: 'known to send in SPI mode 0' in log())
         forward = self.channel()
@@ -72,7 +72,7 @@ class TestControllers(Case):
         assert forward.bad_frames() != []
 
     def test_lines_claimed(self):
-        """mt65xx up to 6.12 takes four lines and uses one."""
+        """mt65xx up to 6.12 accepts four lines and uses one."""
         self.sim(4, 'line', more='driven_lines=1 driver=mtk-spi')
         assert wait(lambda: 'known to use one data line' in log())
         forward = self.channel()
@@ -80,14 +80,14 @@ class TestControllers(Case):
         assert forward.x_of('positions') != '4321'
 
     def test_short_words(self):
-        """davinci and orion move the chip select by words, and have none of 24 bits."""
+        """davinci and orion toggle the chip select for each word, and have no words of 24 bits."""
         self.sends('word_bits=16', 1, 'cs', 1)
 
     @pytest.mark.parametrize('us', (0, 50, 2000))
     @pytest.mark.parametrize('lines, framing', ((4, 'line'), (2, 'cs')))
     def test_messages_that_are_prepared(self, lines, framing, us):
-        """spi-axi-spi-engine sleeps to prepare a message: never under a lock, and none is left.
-        Most others have nothing to prepare.
+        """spi-axi-spi-engine sleeps to prepare a message: never under a lock, and all are
+        unprepared. Most others prepare nothing.
         """
         forward = self.forward(lines, framing, more='prepare_us=%d' % us)
         one = 4 * forward.axes
@@ -110,7 +110,7 @@ class TestControllers(Case):
     @pytest.mark.parametrize('lines, framing', ((4, 'line'), (8, 'line'), (4, 'cs')))
     @pytest.mark.parametrize('idle', ('keep', 'low', 'high', 'float'))
     def test_idle_lines(self, idle, lines, framing):
-        """No frame is lost, wherever the lines are between messages."""
+        """No frame is lost, for all levels of the lines between messages."""
         forward = self.forward(lines, framing, more='idle=' + idle)
         for bits in (24, 32):
             assert forward.set('frame_bits', bits) is None
@@ -132,8 +132,8 @@ class TestControllers(Case):
 
     @pytest.mark.parametrize('us', (None, 0, 200))
     def test_turnaround(self, us):
-        """Every controller takes time between two messages, for which the lines stand still. The
-        rate that is achieved is lower by that.
+        """Every controller takes time between two messages, in which the lines do not change. It
+        reduces the achieved rate.
         """
         forward = self.forward(4, 'line',
                                more='realtime=1' + (' turnaround_us=%d' % us if us is not None
@@ -154,7 +154,7 @@ class TestControllers(Case):
         assert most * 0.98 < achieved < most * 1.01
 
     def test_locked_bus(self):
-        """A neighbour on the bus may have it for itself for some time: nothing is lost but time."""
+        """Another device may lock the bus for some time: only time is lost."""
         forward = self.forward(4, 'line', more='realtime=1')
 
         def lock():
@@ -186,7 +186,7 @@ class TestControllers(Case):
         forward.unbind()
 
     def test_abort_while_the_bus_is_locked(self):
-        """What waits for the bus is dropped, too, and the mirrors stay where they are."""
+        """Scans that wait for the bus are dropped, too, and the mirrors do not move."""
         forward = self.forward(4, 'line', more='realtime=1')
         scans = struct.pack('<3I', 7, 8, 9) * 1000
         assert forward.set('out_angl0_raw', 5) is None
@@ -209,7 +209,7 @@ class TestControllers(Case):
         assert forward.number('bus_errors') == 0
 
     def test_slowest_clock(self):
-        """A divider has an end (spi-synquacer: 254): the rates that it can do are listed."""
+        """A divider has a maximum (spi-synquacer: 254): the supported rates are listed."""
         forward = self.forward(4, 'line', more='min_speed_hz=260000 max_speed_hz=5200000')
         for bits, lowest, highest in ((24, 10000, 200000), (32, 7648, 152941)):
             assert forward.set('frame_bits', bits) is None
@@ -219,7 +219,7 @@ class TestControllers(Case):
                                 (lowest, None)):
                 assert forward.set('sampling_frequency', rate) == error, rate
             assert forward.set('out_angl0_raw', 4321) is None
-        # with short frames, which have less clocks, the lowest rate is a higher one
+        # with short frames, which have fewer clocks, the lowest rate is higher
         assert forward.set('frame_bits', 24) is None
         assert forward.number('sampling_frequency') == 10000
         assert forward.bad_frames() == []
@@ -230,11 +230,11 @@ class TestControllers(Case):
         ('setup', 5200000, 200000),                     # spi-stm32-qspi
         ('fixed', 5200000, 200000)))                    # spi-xilinx
     def test_clocks(self, clock, highest, achieved):
-        """The rate is that of the clock which the controller has, and it is reported."""
+        """The rate is that of the actual clock of the controller, and it is reported."""
         forward = self.forward(4, 'line', more='realtime=1 turnaround_us=0 clock=%s max_speed_hz=%d'
                                                % (clock, highest))
         assert forward.set('sampling_frequency', 100000) is None
-        count = int(achieved * 1.2)     # a mean over half a second is measured twice
+        count = int(achieved * 1.2)     # measures the mean over half a second twice
         forward.record(2 * count)
         stream = forward.stream()
         scans = b''.join(struct.pack('<3I', i, i, i) for i in range(count))
@@ -247,16 +247,16 @@ class TestControllers(Case):
 
     @pytest.mark.parametrize('clock, driver', (('setup', 'stm32-qspi'), ('fixed', 'xilinx_spi')))
     def test_clock_claimed(self, clock, driver):
-        """A driver that does not look at the clock of a transfer is known by its name only."""
+        """A driver that ignores the clock of a transfer is only known by its name."""
         self.sim(4, 'line', more='clock=%s driver=%s' % (clock, driver))
         assert wait(lambda: 'known to send at one clock' in log())
 
     def test_flash_only(self):
-        """zynqmp-gqspi has no plain transfers."""
+        """zynqmp-gqspi has only flash operations."""
         self.refused('the controller has flash operations only', 'flash_only=1')
 
     def test_short_transfers(self):
-        """A scan with the gaps before and behind it."""
+        """A scan with the gaps before and after it."""
         self.refused('the controller takes 17 bytes at a time, a scan has up to 18',
                      'max_transfer=17')
         unload_sim()
@@ -269,8 +269,8 @@ class TestControllers(Case):
     @pytest.mark.parametrize('lines, framing, cs_word',
                              ((4, 'line', 0), (4, 'cs', 0), (1, 'cs', 1)))
     def test_short_blocks(self, lines, framing, cs_word, limit):
-        """spi-bcm63xx-hsspi takes 510 bytes in a message, spi-amd 70: a stream goes in as many as
-        that makes.
+        """spi-bcm63xx-hsspi accepts 510 bytes in a message, spi-amd 70: a stream is split into
+        messages of this size.
         """
         forward = self.forward(lines, framing, cs_word, more=limit)
         for bits in (24, 32):
@@ -289,11 +289,11 @@ class TestControllers(Case):
         assert forward.bad_frames() == []
 
     def test_lowest_bit_first(self):
-        """Firmware cannot turn the head's bits round."""
+        """Firmware cannot change the bit order of the head."""
         self.sends('lsb_first=1')
 
     def test_lanes(self):
-        """An array of widths is not taken for its first cell. This kernel has no lanes."""
+        """The first cell of an array of widths is not used alone. This kernel has no lanes."""
         self.refused('this kernel has no 4 lanes', 'lanes=4')
 
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Each allocation of the forward channel fails once: bind, unbind, line map, buffer, positions.
 
-For n = 1, 2, 3, ... the n-th allocation of a call fails, until there is no n-th one any more. The
-call works or fails cleanly; what was there before is there again, and the next try works.
+For n = 1, 2, 3, ... the n-th allocation of a call fails, until the call has fewer allocations. The
+call succeeds or fails cleanly; the previous state is restored, and the next try succeeds.
 """
 
 import glob
@@ -18,7 +18,7 @@ from kernel import read_file, wait, write_file
 
 class TestWalk(Case):
     def set_up(self):
-        # where it fails without a word, and yet is undone when the IIO device goes
+        # a failure here is silent, but undone when the IIO device is removed
         setup_failslab(spared='software_node_notify')
         self.calls = 0
 
@@ -27,7 +27,7 @@ class TestWalk(Case):
             '%s %d' % item for item in sorted(outcomes.items()))))
 
     def works(self, forward):
-        """All of it, with memory: a position, a command, a stream."""
+        """All functions without faults: a position, a command, a stream."""
         forward.find()
         self.calls += 1
         assert forward.set('out_angl0_raw', self.calls) is None
@@ -55,7 +55,7 @@ class TestWalk(Case):
             assert os.path.exists(forward.spi + 'driver') == there
             if there:
                 bound.append(True)
-                if len(bound) % 64 == 1:        # it takes longer than the walk itself
+                if len(bound) % 64 == 1:        # it takes longer than the loop itself
                     self.works(forward)
                 forward.unbind()
 
@@ -67,7 +67,7 @@ class TestWalk(Case):
         self.works(forward)
 
     def test_unbind(self):
-        """Going away must not need memory, whatever runs. (What is written to sysfs does.)"""
+        """Unbinding must not allocate memory in any state. (Writing to sysfs does.)"""
         forward = self.forward(4, 'line')
         setup_failslab(*module_range('xy3_spi'))
         streams = []
@@ -93,7 +93,7 @@ class TestWalk(Case):
         self.works(forward)
 
     def test_line_map(self):
-        """The new one, or the one that was there."""
+        """The result is the new one, or the old one."""
         forward = self.forward(2, 'cs')
         path = forward.spi + 'line_map'
         old, new = 'x y\n', 'x -\n'
@@ -143,14 +143,14 @@ class TestWalk(Case):
         self.works(forward)
 
     def test_stream(self):
-        """A stream that runs, and commands, need no memory at all: nothing is there to fail."""
+        """A running stream and commands allocate no memory, so that none can fail."""
         forward = self.forward(4, 'line')
         setup_failslab(*module_range('xy3_spi'))
         stream = forward.stream()
         data = bytes(12 * 3000)
         command = os.open(forward.head + 'calibrate', os.O_WRONLY)
         self.add_cleanup(os.close, command)
-        stream.write(data)              # a first time, for what is made once
+        stream.write(data)              # the first write makes one-time allocations
 
         def attempt():
             assert stream.write(data) == len(data)

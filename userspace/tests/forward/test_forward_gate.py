@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The laser's gate: no scan is sent with the gate high that the writer has not asked for, whatever
-ends a stream or keeps its writer away. It is no interlock.
+"""The gate of the laser: no scan is sent with the gate high unless the writer has set it, no matter
+how a stream ends or its writer is delayed. It is not an interlock.
 """
 
 import os
@@ -24,13 +24,13 @@ def packed(scans):
 
 
 def high(count, first=1):
-    """Scans of X and Y that ask for the gate, no two in the same place."""
+    """Scans of X and Y with the gate set, all at different positions."""
     return [(first + i, MIDDLE, 1) for i in range(count)]
 
 
 class GateCase(Case):
     def gated(self, lines=4, framing='line', signals='sync x y gate', more=''):
-        """A virtual head with a gate, its buffer not enabled, with all channels in it."""
+        """A virtual head with a gate, with all channels enabled in its disabled buffer."""
         forward = self.forward(lines, framing, more=more)
         forward.set_sim('signals', signals)
         write_file(forward.spi + 'line_map', signals)
@@ -45,12 +45,12 @@ class GateCase(Case):
         return forward.sim_number('gate', name)
 
     def is_low(self, forward):
-        """The line itself, between scans and behind the last."""
+        """The level of the line, between scans and after the last one."""
         return wait(lambda: self.gate(forward, 'high') == 0)
 
     def judge(self, forward, written):
-        """Rows of the record: what was written, in order, and repetitions with the gate low.
-        -> how many of those written have come
+        """Checks the record: written scans, in order, and repetitions with the gate low.
+        -> number of written scans received
         """
         rows = [tuple(map(int, line.split())) for line in forward.sim('record').splitlines()]
         done = 0
@@ -123,7 +123,7 @@ class TestLow(GateCase):
 
     @pytest.mark.parametrize('lines, framing, signals', ARRANGEMENTS[:3])
     def test_stop(self, lines, framing, signals):
-        """At once behind the last scan, without time for a repetition."""
+        """Immediately after the last scan, without time for a repetition."""
         forward = self.gated(lines, framing, signals)
         for count in (1, 2, 256, 700):
             stream = self.stream(forward)
@@ -143,7 +143,7 @@ class TestLow(GateCase):
 
     @pytest.mark.parametrize('message', (1, 2, 5))
     def test_controller_error(self, message):
-        """The writer gets the error; before it has noticed, the gate is low."""
+        """The writer gets the error; the gate is low before that."""
         forward = self.gated()
         stream = self.stream(forward)
         forward.set_sim('faults/spi_error_in', message)
@@ -222,7 +222,7 @@ class TestLow(GateCase):
         assert self.gate(forward, 'scans') == 6000
 
     def test_many_scans(self):
-        """As many scans with the gate high as were written so, over pauses and new starts."""
+        """The head receives all scans written with the gate high, over pauses and new starts."""
         forward = self.gated()
         chance = random.Random(12)
         asked = 0

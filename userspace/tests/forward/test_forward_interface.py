@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""What user space finds of a forward channel, beside the scans: where its counters are, and what
-another line map leaves as it was.
+"""The interface of a forward channel besides scans: the places of counters, and the state that is
+kept with another line map.
 """
 
 import os
@@ -16,7 +16,7 @@ COUNTERS = ('scans', 'repeated', 'commands', 'bus_errors', 'clamped_codes')
 
 class TestCounters(Case):
     def test_where_they_are(self):
-        """In debugfs, but for what users poll and what a stream is judged by."""
+        """In debugfs, except those that users poll or require to check a stream."""
         forward = self.forward(4, 'line')
         for name in COUNTERS:
             assert not os.path.exists(forward.iio + name), name
@@ -35,7 +35,7 @@ class TestCounters(Case):
         assert forward.number('commands') == forward.number('bus_errors') == 0
 
     def test_two_heads(self):
-        """Each has its own, which go with it."""
+        """Each has separate ones, which are removed with it."""
         self.sim(4, 'line', more='heads=2')
         one, two = self.channel(0), self.channel(1)
         assert two.set('out_angl0_raw', 5) is None
@@ -49,8 +49,8 @@ class TestCounters(Case):
 
 
 class TestWaiting(Case):
-    """What was written and the controller does not have yet. At one frame a second it has three
-    blocks of 32 scans, and is at the first of them all the time.
+    """Written scans that the controller does not have yet. At one frame per second it has three
+    blocks of 32 scans, and sends the first of them all the time.
     """
 
     SCAN = struct.pack('<3I', 7, 8, 9)
@@ -63,7 +63,7 @@ class TestWaiting(Case):
             waiting = 0
             while not error_name(stream.write, self.SCAN * 10):
                 waiting += 10
-            # room for twice the length, with what the controller has; the rest is too short
+            # space for twice the length, including the controller; the rest is too short
             assert 2048 - 3 * 32 - 10 < waiting <= 2048 + 3 * 32
             assert waiting - 3 * 32 <= forward.number('buffer/data_available') <= waiting
             assert forward.set('abort', 1) is None
@@ -73,7 +73,7 @@ class TestWaiting(Case):
 
 class TestScale(Case):
     def places(self, forward, codes):
-        """-> where X is with each code, by offset and scale"""
+        """-> position of X for each code, by offset and scale"""
         found = []
         for code in codes:
             assert forward.set('out_angl0_raw', code) is None
@@ -82,7 +82,7 @@ class TestScale(Case):
         return found
 
     def test_places(self):
-        """The same for both sizes of frames, and exact."""
+        """Exact, and the same for both sizes of frames."""
         forward = self.forward(4, 'line')
         assert self.places(forward, (0, 1 << 19, (1 << 19) + 1, (1 << 20) - 1)) == \
             [-524288, 0, 1, 524287]
@@ -99,18 +99,18 @@ class TestScale(Case):
 
 
 class TestLineMap(Case):
-    """Another line map is another IIO device, which begins with all that the last one has left."""
+    """Another line map creates another IIO device, which keeps the state of the last one."""
 
     STAYS = ('frame_bits', 'sampling_frequency', 'underruns')
 
     def map(self, forward, words):
-        """-> the error's name, or None"""
+        """-> the name of the error, or None"""
         error = error_name(write_file, forward.spi + 'line_map', words)
         forward.find()
         return error
 
     def used(self):
-        """A channel with settings, positions and counters that are not those of the start."""
+        """A channel with settings, positions and counters other than the defaults."""
         forward = self.forward(4, 'line')
         assert forward.set('frame_bits', 32) is None
         assert forward.set('sampling_frequency', 1234) is None
@@ -131,7 +131,7 @@ class TestLineMap(Case):
                 for i in range(forward.axes)}
 
     def test_what_stays(self):
-        """The number of the device, too."""
+        """Including the number of the device."""
         forward = self.used()
         state, top = self.state(forward), (1 << 26) - 1
         assert self.positions(forward) == {'x': 4, 'y': top, 'z': 6}
@@ -150,7 +150,7 @@ class TestLineMap(Case):
         assert forward.number('scans') > state[4]
 
     def test_open_node(self):
-        """The old device keeps its number as long as a program has it open."""
+        """The old device keeps its number while a program has it open."""
         forward = self.used()
         state, stream = self.state(forward), forward.open()
         assert self.map(forward, 'sync x z -') is None
@@ -162,7 +162,7 @@ class TestLineMap(Case):
         assert self.state(forward)[1:] == state[1:]
 
     def test_not_while_a_stream_runs(self):
-        """Which goes on."""
+        """The stream continues."""
         forward = self.used()
         stream = forward.stream()
         assert self.map(forward, 'sync x z -') == 'EBUSY'

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Everything that can be done to a forward channel, at once: streams, commands, settings, rates,
-and the driver unbound from the device and bound again.
+"""All operations on a forward channel at the same time: streams, commands, settings, rates, and the
+driver unbound from the device and bound again.
 
-What is looked for is in the verdict: no report of KASAN, lockdep or any other checker, no leak.
+The verdict checks the result: no report of KASAN, lockdep or any other checker, no leak.
 The tests themselves make sure that things did happen, and that all works when it is over.
 """
 
@@ -20,10 +20,10 @@ from head_rig import wire
 from kernel import read_file, wait, write_file
 from stress_users import StressUsers
 
-SECONDS = 5             # of a storm, at least
-LEAST = 5               # how often each action must have succeeded
+SECONDS = 5             # minimum duration of a storm
+LEAST = 5               # minimum number of successes of each action
 PAUSE = 0.002
-# what may happen to a user whose device goes, or is used by others
+# errors for a user whose device is removed, or used by others
 TOLERATED = {errno.ENODEV, errno.ENOENT, errno.ENXIO, errno.EBUSY, errno.EINVAL, errno.EAGAIN,
              errno.EIO, errno.ETIMEDOUT, errno.ERANGE, errno.EPERM}
 
@@ -122,9 +122,9 @@ class TestStorm(Case):
     # ---- the storms ----
 
     def calm(self, forward):
-        """When it is over, a stream arrives."""
+        """After a storm, a stream is received."""
         forward.set_sim('faults/spi_error_in', 0)
-        head_rig.error_name(forward.bind)       # it may be without
+        head_rig.error_name(forward.bind)       # it may be unbound
         forward.find()
         forward.stop()
         write_file(forward.spi + 'line_map', 'sync x y z')
@@ -153,7 +153,7 @@ class TestStorm(Case):
         self.calm(forward)
 
     def test_streams_and_commands(self):
-        """The device stays: nothing that goes over the wire is ever wrong."""
+        """The device stays bound: all data on the wire are correct."""
         forward = self.forward(4, 'line')
         assert forward.attach()
         self.storm(forward, self.writes, self.polls, self.enables, self.disables, self.moves,
@@ -171,19 +171,19 @@ class TestStorm(Case):
                    self.sets, self.maps, self.reads, self.commands, self.rates, self.rebinds)
 
     def test_on_a_slow_wire(self):
-        """With messages on their way when things happen, and errors of the controller."""
+        """With pending messages during all operations, and errors of the controller."""
         forward = self.forward(4, 'line', more='realtime=1')
         self.storm(forward, self.writes, self.polls, self.enables, self.disables, self.moves,
                    self.sets, self.reads, self.commands, self.rebinds, self.errors)
 
     def test_enabled_and_disabled(self):
-        """By two at once, while a third writes all the time."""
+        """By two users at the same time, while a third one writes all the time."""
         forward = self.forward(4, 'line', more='realtime=1')
         assert forward.start() is None
         self.storm(forward, self.writes, self.enables, self.disables)
 
     def test_module_goes(self):
-        """The controller goes with all in flight."""
+        """The controller is removed with all operations in progress."""
         for round_ in range(5):
             self.head = self.forward(4, 'line', more='realtime=%d' % (round_ % 2))
             assert self.head.start() is None

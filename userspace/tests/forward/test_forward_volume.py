@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Millions of scans in a closed loop: none is lost, none comes twice, all are in order.
+"""Millions of scans in a closed loop: none is lost or received twice, all are in order.
 
-The scans are random, so that each is known by what it is. They are written as a program would, in
-pieces of all sizes, with commands in between, and compared byte for byte with what the virtual head
-has decoded.
+The scans are random, so that each is identified by its content. They are written like a program
+would, in pieces of all sizes, with commands in between, and compared byte by byte with the scans
+decoded by the virtual head.
 """
 
 import random
@@ -15,20 +15,20 @@ import forward_rig
 from forward_rig import ARRANGEMENTS, Case
 from kernel import wait, write_file
 
-LINE_SCANS = 2000000        # for each number of lines and bits: where SYNC is a line,
-CS_SCANS = 300000           # and where it is the chip select
-ROUND = 300000              # scans that are kept at a time
-# which bits of a code's bytes are used
+LINE_SCANS = 2000000        # for each number of lines and bits: if SYNC is a line,
+CS_SCANS = 300000           # and if it is the chip select
+ROUND = 300000              # scans recorded at a time
+# the used bits of the bytes of a code
 MASKS = {24: (0xff, 0xff, 0x0f, 0), 32: (0xff, 0xff, 0xff, 0x03)}
 
 
 def table(clear, put=0):
-    """For bytes.translate(): without some bits, and with others."""
+    """For bytes.translate(): clear some bits, and set others."""
     return bytes(byte & ~clear & 0xff | put for byte in range(256))
 
 
 def random_scans(dice, count, axes, bits):
-    """Bytes of scans; a scan is never the same as the one before."""
+    """Bytes of scans; each scan differs from the one before."""
     data = bytearray(4 * axes * count)
     for place, mask in enumerate(MASKS[bits]):
         data[place::4] = dice.randbytes(axes * count).translate(table(~mask))
@@ -40,7 +40,7 @@ def random_scans(dice, count, axes, bits):
 
 class TestVolume(Case):
     def difference(self, forward, got, want):
-        """-> where the record and what was written part, in words"""
+        """-> description of the first difference of the record and the written scans"""
         one = 4 * forward.axes
         words = ['%d scans recorded, %d written' % (len(got) // one, len(want) // one)]
         for at in range(0, min(len(got), len(want)), one):
@@ -71,7 +71,7 @@ class TestVolume(Case):
         got = forward.recorded()
         if got != data:     # assert would print both
             pytest.fail(self.difference(forward, got, data))
-        # what came twice in a row is not in the record, but the head has counted it
+        # a scan received twice in a row is not in the record, but counted by the head
         repeated = forward.number('repeated') - repeated
         assert forward.sim_number('stats', 'scans') - received == scans + repeated
         assert forward.number('scans') - sent == scans + repeated + written

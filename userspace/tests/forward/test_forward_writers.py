@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Writers of a stream: with and without waiting, with poll(), two at once, killed, cut off; and the
-rate of the backchannel with a head that does not follow.
+"""Writers of a stream: blocking and nonblocking, with poll(), two at a time, killed, disconnected;
+and the rate of the backchannel with a head that does not change it.
 """
 
 import fcntl
@@ -19,14 +19,14 @@ from forward_rig import Case
 from head_rig import error_name, polled
 from kernel import read_file, wait, write_file
 
-# the wire takes its time: 100 k scans in a second
+# real time of the wire: 100 k scans per second
 SLOW = 'realtime=1 max_speed_hz=2600000'
 IIO_BUFFER_GET_FD = 0xc0046991
 IIO_BUFFER_DMABUF_ATTACH = 0x40046992
 
 
 def scans(first, count, axes=3):
-    """Each is known by the first of its codes."""
+    """Each is identified by its first code."""
     return b''.join(struct.pack('<I', n) + bytes(4 * axes - 4)
                     for n in range(first, first + count))
 
@@ -57,7 +57,7 @@ class TestWaiting(Case):
         assert got == want
 
     def test_nobody_waits(self):
-        """A write that finds no room takes nothing; what was taken is sent."""
+        """A write without free space writes nothing; all that was written is sent."""
         forward = self.forward(4, 'line', more=SLOW)
         forward.record(100000)
         forward.set('sampling_frequency', 20000)
@@ -88,7 +88,7 @@ class TestWaiting(Case):
 
     @pytest.mark.parametrize('count', (1, 2, 255, 256, 257, 1023, 1024, 5000))
     def test_all_that_was_written_is_sent(self, count):
-        """The buffer is disabled behind the last write, full as it is."""
+        """The buffer is disabled after the last write, while it is full."""
         forward = self.forward(4, 'line', more=SLOW)
         forward.record(10000)
         stream = forward.stream(length=1024)
@@ -98,7 +98,7 @@ class TestWaiting(Case):
         assert forward.x_of('positions') == str(count)
 
     def test_a_part_of_a_scan(self):
-        """A writer that got an error may write it all again: nothing has been sent."""
+        """After an error a writer may write all of it again: nothing has been sent."""
         forward = self.forward(4, 'line')
         forward.record(1000)
         stream = forward.stream()
@@ -108,7 +108,7 @@ class TestWaiting(Case):
         self.check_record(forward, 300)
 
     def test_signals(self):
-        """A write that a signal breaks off is tried again, and no scan goes out twice."""
+        """A write interrupted by a signal is tried again, and no scan is sent twice."""
         forward = self.forward(4, 'line', more=SLOW)
         forward.record(100000)
         caught = []
@@ -143,7 +143,7 @@ class TestCutOff(Case):
         for _ in range(5):
             writer = self.blocked(forward)
             forward.unbind()
-            # EINVAL: it has seen the end of the stream before the end of the device
+            # EINVAL: the stream has ended before the device
             assert self.returned(writer) in ('ENODEV', 'EINVAL')
             forward.bind()
             forward.find()
@@ -162,7 +162,7 @@ class TestCutOff(Case):
         assert forward.stop() is None
 
     def test_killed(self):
-        """The device can be opened by one at a time: the next one can, and finds it in order."""
+        """Only one program can open the device: the next one can open it, and it works."""
         forward = self.forward(4, 'line', more=SLOW)
         assert forward.start(length=1024) is None
         for round_ in range(1, 6):
@@ -183,7 +183,7 @@ class TestCutOff(Case):
         assert forward.x_of('positions') == '777'
 
     def test_module_goes_before_the_buffer_is_closed(self):
-        """A descriptor of the buffer itself does not hold the module."""
+        """A descriptor of the buffer does not hold a reference to the module."""
         forward = self.forward(4, 'line')
         device = forward.open()
         number = bytearray(4)
@@ -207,7 +207,7 @@ class TestCutOff(Case):
 
 class TestTwoHeads(Case):
     def test_streams(self):
-        """Each gets its own scans, whichever else writes."""
+        """Each gets only its scans, independent of other writers."""
         self.sim(4, 'line', more='heads=2')
         both = [self.channel(0), self.channel(1)]
         streams = []
@@ -245,7 +245,7 @@ class TestRates(Case):
         return wait(lambda: read_file(forward.head + 'in_sync') == '1\n')
 
     def test_while_a_stream_runs(self):
-        """All of the five, several times, and the scans do not suffer."""
+        """All five, several times, without errors in scans."""
         forward = self.forward(4, 'line')
         assert forward.attach()
         forward.record(100000)
@@ -265,16 +265,16 @@ class TestRates(Case):
         assert forward.bad_frames() == []
 
     def still(self, forward, rate, error):
-        """The rate cannot be changed, and all is as before."""
+        """The rate cannot be changed, and the state is as before."""
         assert error_name(write_file, forward.head + 'rate', str(rate)) == error
         assert read_file(forward.head + 'rate') == '115200\n'
         assert forward.sim('rate') == '115200'
         assert self.in_sync(forward)
 
     def not_understood(self, forward):
-        """The next command arrives with a wrong bit."""
-        forward.set_sim('faults/spi_flip_line', 2)      # X's
-        forward.set_sim('faults/spi_flip_clock', 10)    # one of the command's own
+        """The next command is received with a wrong bit."""
+        forward.set_sim('faults/spi_flip_line', 2)      # of X
+        forward.set_sim('faults/spi_flip_clock', 10)    # one of the bits of the command
         forward.set_sim('faults/spi_flip', 1)
 
     def test_a_head_that_has_not_understood(self):
@@ -286,7 +286,7 @@ class TestRates(Case):
         assert forward.sim('rate') == '230400'
 
     def test_a_head_that_is_silent(self):
-        """It obeys, but is not heard: it is sent back."""
+        """It changes the rate, but its packets are lost: it is set back."""
         forward = self.forward(4, 'line')
         assert forward.attach()
         forward.set_sim('faults/uart_silence', 1 << 30)
@@ -316,7 +316,7 @@ class TestRates(Case):
         assert head_rig.get_speed(fd) == 460800
 
     def test_controller_error(self):
-        """The command could not be sent: the UART is not moved."""
+        """The command could not be sent: the rate of the UART is not changed."""
         forward = self.forward(4, 'line')
         assert forward.attach()
         forward.set_sim('faults/spi_error_in', 1)

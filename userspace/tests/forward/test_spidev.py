@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""libxy3 through the kernel's spidev: what is written is what the virtual head has received, scan
-by scan; and what spidev or its controller cannot do is an error, not a loss.
+"""libxy3 with the kernel's spidev: the virtual head receives what is written, scan by scan; if
+spidev or its controller does not support it, that is an error, not a loss.
 
 The library is the shared one, XY3_LIBRARY; SPIDEV_MODULE is the path of spidev.ko.
 """
@@ -86,8 +86,8 @@ class Spidev:
 
 class Case(case.Case):
     def head(self, lines=1, framing='cs', more=''):
-        """A virtual head, at a controller whose lines float between messages; -> the path of its
-        spidev
+        """Creates a virtual head on a controller whose lines float between messages -> the path of
+        its spidev
         """
         kernel.load_module(SIM, 'modalias=spidev idle=float lines=%d framing=%s %s' % (
             lines, framing, more))
@@ -117,7 +117,7 @@ class Case(case.Case):
                 for _ in range(count)]
 
     def assert_received(self, scans):
-        """Exactly these, in this order, and nothing that was bad"""
+        """Checks that exactly these scans were received, in this order, without errors"""
         assert int(self.sim('stats')['scans']) == len(scans)
         received = read_file(DEBUGFS + 'record').splitlines()
         assert received == [' '.join(map(str, scan)) for scan in scans]
@@ -183,7 +183,7 @@ class TestClosedLoop(Case):
         self.assert_error('ERANGE', Spidev, path, 4, 'sync x y z', bits=32, rate=100000)
         spidev = self.spidev(path, 4, 'sync x y z', rate=100000)
         spidev.write(self.scans(spidev, 1000))
-        # a frame each 10 us, and in front of each message a gap of two of its 26 clocks
+        # a frame every 10 us, and before each message a gap of two of its 26 clocks
         bus = {name: int(value) for name, value in self.sim('bus').items()}
         assert bus['clocks'] == 1000 * 26 + 2 * bus['messages']
         assert abs(bus['busy_ns'] - bus['clocks'] * 10000 / 26) <= bus['messages']
@@ -191,7 +191,7 @@ class TestClosedLoop(Case):
 
 class TestMode(Case):
     def mode(self, path, new=None):
-        """-> the mode that the device has; new: sets one"""
+        """-> the mode of the device; new: sets it"""
         fd = os.open(path, os.O_RDWR)
         try:
             if new is not None:
@@ -205,7 +205,7 @@ class TestMode(Case):
         assert self.mode(path, SPI_MODE_3) == SPI_MODE_3
         self.assert_error('EOPNOTSUPP', Spidev, path, 4, 'sync x y z')
         self.assert_error('EOPNOTSUPP', Spidev, path, 8)
-        assert self.mode(path) == SPI_MODE_3       # as if nobody had tried
+        assert self.mode(path) == SPI_MODE_3       # unchanged
         self.assert_received([])
         spidev = self.spidev(path, 2)
         spidev.write([(5, 6)])
@@ -218,7 +218,7 @@ class TestMode(Case):
         assert self.mode(path) == SPI_MODE_1 | SPI_TX_QUAD
         spidev.write([(1, 2, 3, 4)])
         self.assert_received([(1, 2, 3, 4)])
-        # the head does notice
+        # the head detects it
         self.mode(path, SPI_MODE_3 | SPI_TX_QUAD)
         spidev.write([(5, 6, 7, 8)])
         assert set(self.sim('mode_errors').values()) == {'1'}
@@ -230,7 +230,7 @@ class TestMode(Case):
 
 class TestLimits(Case):
     def with_bufsiz(self, size, lines, framing, signals, count):
-        """-> the device, when it has sent some scans through spidev with another bufsiz"""
+        """-> the device, after it has sent some scans through spidev with another bufsiz"""
         self.reload_spidev('bufsiz=%d' % size)
         self.add_cleanup(self.reload_spidev, '')
         spidev = self.spidev(self.head(lines, framing), lines, signals)
@@ -250,7 +250,7 @@ class TestLimits(Case):
         assert self.sim('stats')['commands'] == '1'
 
     def test_small_bufsiz_for_many_transfers(self):
-        # each transfer is rounded up: fewer scans than bytes would let one think
+        # each transfer is rounded up: fewer scans than the number of bytes suggests
         spidev = self.with_bufsiz(64, 1, 'cs', None, 99)
         assert int(self.sim('bus')['transfers']) == 99
         assert spidev.block() >= 4
@@ -268,12 +268,12 @@ class TestLimits(Case):
         scans = self.scans(spidev, 1000)
         assert spidev.write(scans) == 1000
         self.assert_received(scans)
-        # the SPI core has cut messages into transfers that the controller takes
+        # the SPI core has split messages into transfers that the controller supports
         assert int(self.sim('bus')['transfers']) >= 1000 * 13 // 100
 
 
 class TestWords(Case):
-    """Without the library: words that it does not send."""
+    """Without the library: sizes of words that it does not use."""
 
     def send(self, fd, data, bits=8, speed=1000000):
         """A transfer on IO0."""
@@ -294,7 +294,7 @@ class TestWords(Case):
 
     @pytest.mark.parametrize('bits, code', ((8, 'I'), (16, 'H'), (32, 'I')))
     def test_sizes(self, bits, code):
-        """In memory a word is as the processor has it, on the wire its highest bit is the first."""
+        """In memory a word has native byte order, on the wire its highest bit is first."""
         fd = self.open('cs_word=1')
         for position in (1, 0x155aa33, 0x2aa55cc):
             frame = 0xc0000000 | position << 4 | bin(position).count('1') & 15
@@ -304,7 +304,7 @@ class TestWords(Case):
             assert read_file(DEBUGFS + 'positions').split()[:3] == ['x', str(position), '26']
 
     def test_zeros(self):
-        """In 24 clocks they are an idle line, in 32 a frame that is too long."""
+        """24 clocks of zeros are an idle line, 32 a frame that is too long."""
         fd = self.open('')
         self.send(fd, bytes(3))
         assert (self.sim('idle')['x'], self.sim('length_errors')['x']) == ('1', '0')

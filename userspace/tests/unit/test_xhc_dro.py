@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Unit tests of xhc-dro with a HAL and a sysfs that are not there: how it follows a pendant, what
-it reports; and that its HAL files, tables, page and the layouts agree.
+"""Unit tests of xhc-dro with a simulated HAL and sysfs: finding a pendant, messages; and that its
+HAL files, tables, page and the layouts agree.
 """
 
 import errno
@@ -23,7 +23,7 @@ def product(name):
 
 
 class Hands:
-    """In the place of Events: what hands do to a pendant"""
+    """A replacement of Events: operation of a pendant"""
 
     def __init__(self):
         self.down = set()
@@ -32,7 +32,7 @@ class Hands:
         self.detents = 0
         self.was_touched = set()
         self.trouble = None
-        self.paths = []             # of those that have been opened
+        self.paths = []             # of opened nodes
         self.open = 0
 
     def __call__(self, path):
@@ -78,7 +78,7 @@ class TestComponent(Case):
         return made.pins['connected']
 
     def on(self):
-        """-> which pins of keys and selector are on"""
+        """-> the pins of keys and selector that are on"""
         return {name for name, value in self.made.pins.items()
                 if value is True and name.startswith(('key-', 'select-'))}
 
@@ -102,7 +102,7 @@ class TestComponent(Case):
         assert (self.said, self.hands.open) == ([], 0)
 
     def test_each_wheel_with_its_own_display(self):
-        """Two pendants: the other's wheel is not read, and its display not written."""
+        """Two pendants: the wheel of the other one is not read, its display is not written."""
         first = self.plug()
         second = self.plug('0003:10CE:EB70.0002', 'usb-2/input0')
         made = self.start('--phys', 'usb-2/input0')
@@ -112,7 +112,7 @@ class TestComponent(Case):
         assert (self.get(first, 'feedrate'), self.get(second, 'feedrate')) == ('', '120')
 
     def test_what_it_was_is_gone_with_it(self):
-        """Keys, selector and jogs, in whichever order the kernel shows that it goes"""
+        """Keys, selector and jogs, for any order in which the kernel removes its nodes"""
         for of_the_node in (True, False):
             made = self.start()
             path = self.plug()
@@ -128,7 +128,7 @@ class TestComponent(Case):
             shutil.rmtree(path, ignore_errors=True)
 
     def test_a_key_that_is_down_at_first_does_nothing(self):
-        """But for those that stop"""
+        """Except for those that stop"""
         made = self.start()
         self.plug()
         self.hands.down, self.hands.selector = {2, 22}, 3
@@ -143,7 +143,7 @@ class TestComponent(Case):
         assert self.on() == {'key-start', 'select-z'}
 
     def test_the_screen_names_the_loss(self):
-        """Once, and not for a pendant that has never come"""
+        """Once, and not for a pendant that was never plugged in"""
         made = self.start()
         self.turn(made)
         path = self.plug()
@@ -158,7 +158,7 @@ class TestComponent(Case):
         assert len(self.mill.asked) == 1
 
     def test_the_loss_stops_before_it_is_reported(self):
-        """LinuxCNC may take seconds until it has a message."""
+        """LinuxCNC may take seconds to accept a message."""
         made = self.start(MODE='continuous')
         path = self.plug()
         self.hands.selector = self.hands.detents = 1
@@ -193,7 +193,7 @@ class TestComponent(Case):
     @pytest.mark.parametrize('coordinates, position, first', [
         ('X Y Z A', 4, '4.5000'), ('xyza', 1, '1.5000'), ('XYZ', 4, '1.5000')])
     def test_axis_a(self, coordinates, position, first):
-        """An HB04 has rows for three axes: A has that of X while it is selected."""
+        """An HB04 has rows for three axes: A replaces X while it is selected."""
         made = self.start(COORDINATES=coordinates)
         path = self.plug()
         for number, axis in enumerate('xyza', 1):
@@ -205,7 +205,7 @@ class TestComponent(Case):
 
     @pytest.mark.parametrize('product_id, on', [('EB70', {'select-a'}), ('EB6E', set())])
     def test_the_speed_of_an_hb03(self, product_id, on):
-        """It is where an HB04 has A, and must not move one."""
+        """It is at the position of A on an HB04, and must not move A."""
         made = self.start(COORDINATES='XYZA', MODE='continuous')
         self.plug('0003:10CE:%s.0001' % product_id)
         self.hands.selector, self.hands.detents = 4, 1
@@ -213,7 +213,7 @@ class TestComponent(Case):
         assert self.on() == on and made.pins['plus-a'] == bool(on)
 
     def test_a_late_round(self):
-        """What was done to the pendant meanwhile does nothing."""
+        """Operation of the pendant in the meantime has no effect."""
         with mock.patch.object(component.time, 'monotonic') as clock:
             clock.return_value = 100.0
             made = self.start()
@@ -231,7 +231,7 @@ class TestComponent(Case):
 
     @pytest.mark.parametrize('place', ['there', 'read'])
     def test_a_round_that_is_held_up(self, place):
-        """Before it knows what was turned meanwhile; the next round works."""
+        """Delayed before it reads what was turned in the meantime; the next round works."""
         with mock.patch.object(component.time, 'monotonic') as clock:
             clock.return_value = 100.0
             made = self.start()
@@ -252,7 +252,7 @@ class TestComponent(Case):
             assert self.turn(made) and made.pins['wheel'] == 2
 
     def test_stop_in_a_late_round(self):
-        """It is the one key that works, also if it has been released meanwhile."""
+        """It is the only key that works, even if it was released in the meantime."""
         with mock.patch.object(component.time, 'monotonic') as clock:
             clock.return_value = 100.0
             made = self.start()
@@ -293,7 +293,7 @@ class TestComponent(Case):
             assert made.pins['wheel'] == counts
 
     def test_counts_are_those_of_the_selected(self):
-        """Whatever is behind them, a filter for instance, moves nothing else."""
+        """Components connected to them, for example a filter, move no other axis."""
         made = self.start()
         self.plug()
         for selector, name in enumerate((None, *component.SELECTOR)):
@@ -314,7 +314,7 @@ class TestComponent(Case):
             assert made.pins['wheel-' + component.SELECTOR[selector - 1]] == counts
 
     def test_steps(self):
-        """An HB04's two keys, and a factor of an axis"""
+        """Two keys of an HB04, and a scale of an axis"""
         made = self.start(SCALE_Y='-2')
         path = self.plug()
         self.turn(made)
@@ -361,7 +361,7 @@ class TestComponent(Case):
         assert self.on() == {name}
 
     def test_a_table_of_nothing(self):
-        """No key does anything then, rather than what is usual."""
+        """No key has a function then, instead of the default."""
         self.put(self.driver + '/mine.keys', '# none\n')
         made = self.start(KEYS='mine.keys')
         self.plug()
@@ -399,7 +399,7 @@ class TestComponent(Case):
             self.start(KEYS='mine.keys')
 
     def test_a_short_press_is_long_enough(self):
-        """For halui, which looks every 20 ms, and less often while it waits for LinuxCNC"""
+        """For halui, which polls every 20 ms, and less often while it waits for LinuxCNC"""
         with mock.patch.object(component.time, 'monotonic') as clock:
             clock.return_value = 100.0
             made = self.start()
@@ -431,7 +431,7 @@ class TestComponent(Case):
             False, False, True)
 
     def test_whb04b(self):
-        """Its rows are those of the axes that the selector is among."""
+        """Its rows show the group of axes with the selected one."""
         made = self.start('--model', 'whb04b')
         path = os.path.join(self.driver, '0003:10CE:EB93.0001')
         os.makedirs(path + '/dro')
@@ -469,7 +469,7 @@ class TestComponent(Case):
 class TestProgram:
     @staticmethod
     def main(*words, **of_the_mill):
-        """-> exit status, what is reported"""
+        """-> exit status, messages"""
         said = []
         mill = Linuxcnc()
         vars(mill).update({'version': '2.9.4', **of_the_mill})
@@ -497,7 +497,7 @@ class TestProgram:
 
 
 class TestFiles(Case):
-    # By caption; what no table has is left to the owner.
+    # By caption; keys that are in no table are left to the user.
     MEANT = {'Start/Pause': 'start', '0=': 'zero', '1/2=': 'half', 'X=0': 'zero-x', 'Y=0': 'zero-y',
              'Z=0': 'zero-z', 'X/2=': 'half-x', 'Y/2=': 'half-y', 'Goto home': 'home',
              'Home': 'home', 'M-Home': 'home', 'W-Home': 'goto-zero', 'Spindle on/off': 'spindle',
@@ -524,7 +524,7 @@ class TestFiles(Case):
 
         wanted = {number: (meant(caption), meant(with_fn or caption))
                   for number, (caption, with_fn) in self.layout(name).items()}
-        if name == 'whb04b':        # these do their work with Fn, too
+        if name == 'whb04b':        # these have their functions with Fn, too
             wanted.update({1: ('reset', 'reset'), 2: ('stop', 'stop')})
         assert keys.shipped()[name] == wanted
 
@@ -536,7 +536,7 @@ class TestFiles(Case):
         assert set(keys.names(keys.shipped().values())) - others == set(wired)
 
     def test_every_pin_is_wired(self):
-        """But those for a display of the owner's taste, and what is not for HAL files"""
+        """Except those for a custom display, and those that are not for HAL files"""
         wired = {name for name in re.findall(r'xhc-dro\.(\S+)', product('xhc-dro.hal'))
                  if not name.startswith('key-')}
         assert wired == set(component.FLOATS_IN + component.BITS_IN + component.BITS_OUT +

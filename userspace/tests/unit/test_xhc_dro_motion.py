@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Unit tests of what xhc-dro makes of keys and the wheel: tables, steps, modes and macros."""
+"""Unit tests of keys and the wheel in xhc-dro: tables, steps, modes and macros."""
 
 import os
 from unittest import mock
@@ -13,7 +13,7 @@ class TestKeys:
     TABLE = {1: ('reset', 'reset'), 3: ('start', 'macro-13'), 12: ('fn', 'fn'), 5: ('-', '-')}
 
     def test_fn(self):
-        """What a key is, it stays until it is up."""
+        """The function of a key does not change until it is released."""
         made = keys.Keys(self.TABLE)
         for down, pressed, is_down in (
                 ({3}, ['start'], 'start'), ({3, 12}, ['fn'], 'start'), (set(), [], None),
@@ -44,7 +44,7 @@ class TestWheel:
         return made
 
     def at(self, made, now=0.0, detents=0, axis='x', rotary=4):
-        """-> which pins that jog are on"""
+        """-> the jog pins that are on"""
         self.found = made.turn(detents, axis, rotary, (50.0, 20.0), now)
         return {name for name in wheel.JOGS if self.found[name]}
 
@@ -61,7 +61,7 @@ class TestWheel:
         ({}, 'x', 1), ({'SCALE': '-1'}, 'x', -1), ({'SCALE_A': '10'}, 'a', 10),
         ({'SCALE_A': '10'}, 'x', 1), ({'SCALE': '2', 'SCALE_Z': '-0.5'}, 'z', -0.5),
         ({'filtered': 'xz'}, 'z', 0.001), ({'filtered': 'y', 'SCALE_Y': '-1'}, 'y', -0.001),
-        # what has a filter is xhc.tcl's to decide, which reads the ini in another way
+        # filters are selected by xhc.tcl, which reads the ini in another way
         ({'FILTER': '0.1'}, 'x', 1)])
     def test_scale(self, texts, axis, length):
         self.at(self.made(**texts))
@@ -103,7 +103,7 @@ class TestWheel:
 
     @pytest.mark.parametrize('mode, presses', [('step', 1), ('mpg', 1), ('continuous', 2)])
     def test_another_mode(self, mode, presses):
-        """What was turned in one mode moves nothing in the next."""
+        """Detents turned in one mode move nothing in the next."""
         made = self.made(mode=mode)
         self.at(made, 1, 1)
         for _ in range(presses):
@@ -114,7 +114,7 @@ class TestWheel:
 
     @pytest.mark.parametrize('at', [{'axis': None}, {'rotary': 7}, {'rotary': 0}])
     def test_no_jog(self, at):
-        """Neither then nor afterwards"""
+        """Neither at that time nor later"""
         made = self.made(mode='continuous')
         assert self.at(made, 1, 1, **at) == set()
         assert self.at(made, 1.1) == set()
@@ -134,7 +134,7 @@ class TestWheel:
         assert not self.found['detents']
 
     def test_speed_without_a_rotary(self):
-        """The part that the step is of all steps"""
+        """Proportional to the position of the step among all steps"""
         made = self.made(False, 'continuous')
         for speed in (750, 1500, 2250, 3000):
             assert self.at(made, 1, 1, rotary=0) == {'plus-x'}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Unit tests of what xhc-dro reads of a pendant, and what it writes to its display."""
+"""Unit tests of reading a pendant in xhc-dro, and of writing to its display."""
 
 import errno
 import math
@@ -94,7 +94,7 @@ class TestDisplay(Case):
         assert self.get(self.path, 'feedrate') == '5'
 
     def test_udevd_is_waited_for(self):
-        """Until then only root may write, which is not an error."""
+        """Before that only root may write, which is not an error."""
         denied = PermissionError(errno.EACCES, 'Permission denied')
         with mock.patch.object(display.os, 'open', side_effect=denied), \
                 mock.patch.object(display.time, 'monotonic') as clock:
@@ -115,13 +115,13 @@ class TestDisplay(Case):
 
 
 class Kernel:
-    """What an event node answers to ioctls, which a FIFO in its place cannot."""
+    """Results of ioctls of an event node, which a FIFO as its replacement does not support."""
 
     def __init__(self):
         self.down = set()
         self.selector = 0
         self.rotary = None
-        self.layout = {}            # number: key code, of what hwdb has changed
+        self.layout = {}            # number: key code, for keys changed by hwdb
 
     def ioctl(self, _file, number, room):
         if number == events.EVIOCGKEY:
@@ -216,7 +216,7 @@ class TestEvents(Case):
         assert made.down == set()
 
     def test_what_is_down_with_a_layout(self):
-        """Stop is KEY_STOP, Reset nothing at all; at first, and after events were lost."""
+        """Stop is KEY_STOP, Reset has no code; initially, and after events were lost."""
         self.kernel.layout, self.kernel.down = {22: 128, 23: 0}, {3, 22}
         made = self.opened()
         assert made.down == {3, 22}
@@ -226,7 +226,7 @@ class TestEvents(Case):
         assert made.down == {22}
 
     def test_two_keys_with_one_code(self):
-        """It goes up with the last of them; neither stays down, and Stop works again."""
+        """It is released with the last of them; none stays pressed, and Stop works again."""
         made = self.opened()
         for _ in range(2):
             self.send(*key(22, 1, 128), (4, 4, 3), REPORT)
@@ -237,7 +237,7 @@ class TestEvents(Case):
             assert made.down == set()
 
     def test_a_short_press_is_seen(self):
-        """Stop, which is down for less than a turn"""
+        """Stop, pressed for less than one round"""
         made = self.opened()
         self.send(*2 * (*key(22, 1), *key(22, 0)))
         seen = []
@@ -255,7 +255,7 @@ class TestEvents(Case):
     @pytest.mark.parametrize('sent, after', [
         (((3, 6, 6), REPORT), 'rotary'), (key(13, 1), 'down')])
     def test_detents_are_those_before_another_step(self, sent, after):
-        """Of the rotary, or by a key"""
+        """Changed by the rotary, or by a key"""
         made = self.opened()
         before = getattr(made, after)
         before = before if after == 'rotary' else set(before)
@@ -273,7 +273,7 @@ class TestEvents(Case):
         assert (made.down, made.selector) == ({5}, 3)
 
     def test_a_scan_code_without_its_key(self):
-        """The kernel drops the key from the queue when its state is read, and only the key."""
+        """When the state is read, the kernel drops the key, and only the key, from the queue."""
         made = self.opened()
         self.send((4, 4, 2), REPORT, *selector(1))
         made.read()
@@ -285,7 +285,7 @@ class TestEvents(Case):
         assert (made.down, made.selector) == (set(), 2)
 
     def test_touched(self):
-        """All keys that were down since the last time, however much is still to be looked at"""
+        """All keys pressed since the last call, independent of the number of pending events"""
         made = self.opened()
         self.send(*key(22, 1), *key(22, 0), *selector(2), *key(2, 1), *key(2, 0), *key(5, 1))
         made.read()
