@@ -2,10 +2,10 @@
 /*
  * Virtual XY3-100 compatible scanhead: messages, and time on the wires
  *
- * A message at a time is sent, as fast as the processor can or as slowly as the wire does. In both
- * cases it is known how long the wire is busy with it. To go from one message to the next takes a
- * controller a time of its own, the turnaround. There is a gap beyond that when it had no message
- * as the last one ended, and the next one came later.
+ * Messages are sent one at a time, at full speed or at the speed of the wire. In both cases their
+ * time on the wire is computed. Between two messages a controller requires some time, the
+ * turnaround. A longer time is a gap: the controller had no message when the last one ended, and
+ * got the next one later.
  */
 
 #include <linux/atomic.h>
@@ -22,10 +22,10 @@
 
 #include "sim.h"
 
-/* It is not worth to sleep for less; the wire's clock goes on all the same */
+/* Do not sleep for less; the time of the wire is counted nevertheless */
 #define SIM_SLEEP_MIN_NS	(20 * NSEC_PER_USEC)
 
-/* What the SPI core waits between two transfers when nothing else is said */
+/* Default delay of the SPI core between two transfers */
 #define SIM_CS_CHANGE_NS	(10 * NSEC_PER_USEC)
 
 /* ---- time ---- */
@@ -35,7 +35,7 @@ static u64 sim_clocks_ns(u64 clocks, u32 speed)
 	return div_u64(clocks * NSEC_PER_SEC, speed);
 }
 
-/* A message begins: has the wire been without one? */
+/* A message begins: check whether the wire had none before */
 static void sim_bus_begin(struct xy3_sim_bus *bus, u64 turnaround)
 {
 	u64 now = ktime_get_ns();
@@ -58,7 +58,7 @@ static void sim_bus_begin(struct xy3_sim_bus *bus, u64 turnaround)
 	bus->longest_silence_ns = max(bus->longest_silence_ns, turnaround + gap);
 }
 
-/* The time that is said in a transfer, where the SPI core has one of its own for nothing */
+/* The delay of a transfer; the SPI core has a default for 0 */
 static u64 sim_delay_ns(struct spi_delay *delay, struct spi_transfer *transfer, u64 otherwise)
 {
 	int ns;
@@ -108,7 +108,7 @@ static unsigned int sim_nbits(const struct spi_transfer *transfer)
 	return transfer->tx_buf ? transfer->tx_nbits : SPI_NBITS_SINGLE;
 }
 
-/* Lanes that are sent on at once, a word on each; a controller without them sends one by one */
+/* Number of lanes used at the same time, with a word on each; otherwise words are sent singly */
 static unsigned int sim_lanes(const struct xy3_sim *sim, const struct spi_transfer *transfer)
 {
 	if (!xy3_sim_has_lanes(sim) || transfer->multi_lane_mode != SPI_MULTI_LANE_MODE_STRIPE)
@@ -152,7 +152,7 @@ static void sim_send(struct xy3_sim *sim, const struct spi_transfer *transfer, b
 	}
 }
 
-/* What hardware cannot do */
+/* Transfers that the hardware does not support */
 static int sim_check(const struct xy3_sim *sim, const struct spi_transfer *transfer)
 {
 	if (sim->config.max_transfer && transfer->len > sim->config.max_transfer)
@@ -161,14 +161,14 @@ static int sim_check(const struct xy3_sim *sim, const struct spi_transfer *trans
 		return 0;
 	if (!transfer->speed_hz || sim_nbits(transfer) > sim->config.lines)
 		return -EINVAL;
-	/* several lines only send: there is nothing to read on them */
+	/* several lines can only send: there is no data to read */
 	if (transfer->rx_buf && (transfer->rx_nbits != SPI_NBITS_SINGLE ||
 				 sim_nbits(transfer) != SPI_NBITS_SINGLE))
 		return -EINVAL;
 	return 0;
 }
 
-/* The clock that there is for the one that is asked for */
+/* The actual clock for the requested one */
 static u32 sim_clock(const struct xy3_sim *sim, u32 asked)
 {
 	u32 highest = sim->config.max_speed_hz;
@@ -189,7 +189,7 @@ static u32 sim_clock(const struct xy3_sim *sim, u32 asked)
 	return asked;
 }
 
-/* Drivers that do not look at a transfer's clock do not report the one that it had, either */
+/* Drivers that ignore the clock of a transfer do not report the actual one, either */
 static bool sim_clock_known(const struct xy3_sim *sim)
 {
 	return sim->config.clock != XY3_SIM_CLOCK_SETUP && sim->config.clock != XY3_SIM_CLOCK_FIXED;
@@ -211,7 +211,7 @@ static void sim_transfer(struct xy3_sim *sim, struct spi_device *spi,
 	if (!cs_word)
 		xy3_sim_head_select(sim, select);
 	sim_send(sim, transfer, cs_word, select);
-	/* the head says nothing on this bus */
+	/* the head sends nothing on this bus */
 	if (transfer->rx_buf)
 		memset(transfer->rx_buf, 0xff, transfer->len);
 
@@ -248,7 +248,7 @@ static bool sim_message_fails(struct xy3_sim *sim)
 	return true;
 }
 
-/* What the controller does for a mode */
+/* The mode that the controller uses for a mode */
 static u32 sim_mode_done(const struct xy3_sim *sim, u32 mode)
 {
 	if (sim->config.modes == XY3_SIM_MODES_CLAIMED && mode != SPI_MODE_3)
@@ -257,8 +257,8 @@ static u32 sim_mode_done(const struct xy3_sim *sim, u32 mode)
 }
 
 /*
- * A head takes data when CLK falls. In modes 1 and 2 they are valid then, in 0 and 3 they change;
- * with the pair crossed it is the other way round.
+ * A head samples data when CLK falls. In modes 1 and 2 they are valid then, in 0 and 3 they change;
+ * with the pair crossed it is the opposite.
  */
 static bool sim_wrong_edge(const struct xy3_sim *sim, u32 mode)
 {
@@ -291,14 +291,14 @@ static int sim_transfers(struct xy3_sim *sim, struct spi_message *message)
 	return 0;
 }
 
-/* Where the lines float: a gate has a pull-down, as the manual requires */
+/* Levels of floating lines: a gate has a pull-down, as the manual requires */
 static u8 sim_pulled_down(struct xy3_sim *sim)
 {
 	return sim->head.gate < 0 ? 0 : BIT(sim->head.gate);
 }
 
 /**
- * xy3_sim_idle() - no message is being sent: what becomes of the data lines?
+ * xy3_sim_idle() - set the levels of the data lines while no message is being sent
  * @sim: the head; its lock is held. The chip select is not active.
  */
 void xy3_sim_idle(struct xy3_sim *sim)
@@ -315,7 +315,7 @@ void xy3_sim_idle(struct xy3_sim *sim)
 	}
 }
 
-/* Time that the fault takes, in ms */
+/* Duration of the fault, in ms */
 static unsigned int sim_stall(struct xy3_sim *sim)
 {
 	int ms = atomic_xchg(&sim->fault[XY3_SIM_SPI_STALL_MS], 0);
@@ -331,7 +331,7 @@ static unsigned int sim_stall(struct xy3_sim *sim)
 /**
  * xy3_sim_message() - send a message
  * @controller: the controller
- * @message: the message, which has its result
+ * @message: the message, with its result on return
  *
  * Return: 0.
  */
@@ -364,7 +364,7 @@ int xy3_sim_message(struct spi_controller *controller, struct spi_message *messa
 		dry = list_empty(&controller->queue);
 	scoped_guard(mutex, &sim->lock)
 		sim->bus.dry = dry;
-	/* an error is in the message; the SPI core need not say it once more */
+	/* an error is in the message; the SPI core does not have to report it again */
 	spi_finalize_current_message(controller);
 	return 0;
 }

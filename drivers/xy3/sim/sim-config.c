@@ -2,9 +2,9 @@
 /*
  * Virtual XY3-100 compatible scanhead: its settings
  *
- * A line in the table of settings makes a module parameter, which holds for heads that the module
- * makes as it is loaded and is where those of configfs begin, and a file of each head in configfs.
- * What is unkind is what some controller does; its driver stands in brackets.
+ * A line in the table of settings defines a module parameter, for heads that are created when the
+ * module is loaded and as the default in configfs, and a file of each head in configfs. Limits are
+ * those of existing controllers, whose driver is given in brackets.
  */
 
 #include <linux/cleanup.h>
@@ -38,7 +38,7 @@ struct xy3_sim_config xy3_sim_defaults = {
 	.seed = 1,
 };
 
-/* ---- what kinds of settings there are ---- */
+/* ---- kinds of settings ---- */
 
 enum sim_kind {
 	SIM_KIND_NUMBER,
@@ -50,10 +50,10 @@ enum sim_kind {
 /**
  * struct xy3_sim_setting - a setting
  * @kind: the type of its member in struct xy3_sim_config
- * @offset: where that is
- * @size: its size
+ * @offset: offset of the member
+ * @size: size of the member
  * @min: lowest number
- * @max: highest number, or how many names
+ * @max: highest number, or number of names
  * @names: of a choice
  */
 struct xy3_sim_setting {
@@ -104,9 +104,9 @@ static int sim_parse_text(const struct xy3_sim_setting *setting, char *field, co
 
 /**
  * xy3_sim_setting_parse() - change a setting
- * @setting: which one
- * @config: where
- * @text: what it becomes; there may be a newline behind
+ * @setting: the setting
+ * @config: the settings of a head
+ * @text: the new value; a newline may follow
  *
  * Return: 0 or an error.
  */
@@ -129,10 +129,10 @@ int xy3_sim_setting_parse(const struct xy3_sim_setting *setting, struct xy3_sim_
 }
 
 /**
- * xy3_sim_setting_print() - write down a setting
- * @setting: which one
- * @config: where
- * @page: where to
+ * xy3_sim_setting_print() - print a setting
+ * @setting: the setting
+ * @config: the settings of a head
+ * @page: the destination
  *
  * Return: the length.
  */
@@ -338,12 +338,12 @@ static int sim_find_signal(const char *name, u8 *signal)
 }
 
 /**
- * xy3_sim_parse_signals() - what lines carry
- * @text: their names, from IO0 on, with blanks or commas between
- * @lines: how many lines there are; those without a name carry nothing
+ * xy3_sim_parse_signals() - parse the signals of lines
+ * @text: their names, from IO0 on, separated by blanks or commas
+ * @lines: number of lines; those without a name are unused
  * @signal: the signals
  *
- * Return: 0; -EINVAL when there are too many, or a name is unknown or comes twice, or X is missing.
+ * Return: 0; -EINVAL if there are too many, a name is unknown or given twice, or X is missing.
  */
 int xy3_sim_parse_signals(const char *text, unsigned int lines, u8 *signal)
 {
@@ -391,10 +391,10 @@ static bool sim_lines_good(unsigned int count)
 }
 
 /**
- * xy3_sim_config_resolve() - give a value to what is left to others
+ * xy3_sim_config_resolve() - set values that depend on other settings
  * @config: the settings
  *
- * Return: 0; -EINVAL when they do not fit together.
+ * Return: 0; -EINVAL if they are inconsistent.
  */
 int xy3_sim_config_resolve(struct xy3_sim_config *config)
 {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-only */
 /*
- * Virtual XY3-100 compatible scanhead: what kind of head and controller it is
+ * Virtual XY3-100 compatible scanhead: the kind of head and controller
  */
 #ifndef XY3_SIM_CONFIG_H
 #define XY3_SIM_CONFIG_H
@@ -9,14 +9,14 @@
 
 #define XY3_SIM_LINES_MAX	8
 #define XY3_SIM_AXES		5
-#define XY3_SIM_SIGNALS_MAX	48	/* of the text that names them */
+#define XY3_SIM_SIGNALS_MAX	48	/* of the text with their names */
 #define XY3_SIM_NAME_MAX	32	/* of drivers and devices, as in the SPI core */
 
 struct config_item;
 struct configfs_attribute;
 
 /**
- * enum xy3_sim_framing - what SYNC is
+ * enum xy3_sim_framing - the signal used as SYNC
  * @XY3_SIM_FRAMING_CS: the chip select
  * @XY3_SIM_FRAMING_LINE: a data line
  */
@@ -29,8 +29,8 @@ enum xy3_sim_framing {
  * enum xy3_sim_modes - SPI modes of the controller
  * @XY3_SIM_MODES_ALL: 0 to 3
  * @XY3_SIM_MODES_0_3: 0 and 3; it refuses the others (spi-qcom-qspi and many that read flash)
- * @XY3_SIM_MODES_0: it has no clock phase nor polarity (spi-stm32-qspi)
- * @XY3_SIM_MODES_CLAIMED: it takes them all, and does mode 0 for 1 and 2 (spi-tegra210-quad)
+ * @XY3_SIM_MODES_0: it has neither clock phase nor polarity (spi-stm32-qspi)
+ * @XY3_SIM_MODES_CLAIMED: it accepts all, and uses mode 0 for 1 and 2 (spi-tegra210-quad)
  */
 enum xy3_sim_modes {
 	XY3_SIM_MODES_ALL,
@@ -40,11 +40,11 @@ enum xy3_sim_modes {
 };
 
 /**
- * enum xy3_sim_idle - the data lines between messages, while the clock stands still
+ * enum xy3_sim_idle - the data lines between messages, while there is no clock
  * @XY3_SIM_IDLE_KEEP: each keeps its last level
  * @XY3_SIM_IDLE_LOW: low
  * @XY3_SIM_IDLE_HIGH: high
- * @XY3_SIM_IDLE_FLOAT: nothing drives them: each is at any level, a gate's is low
+ * @XY3_SIM_IDLE_FLOAT: they are not driven: each is at any level, except a gate, which is low
  */
 enum xy3_sim_idle {
 	XY3_SIM_IDLE_KEEP,
@@ -54,12 +54,12 @@ enum xy3_sim_idle {
 };
 
 /**
- * enum xy3_sim_clock - clocks that the controller has, of those that it is asked for
- * @XY3_SIM_CLOCK_ANY: any
- * @XY3_SIM_CLOCK_DIVIDED: its highest one by a whole number, the next lower one (spi-bcm2835)
- * @XY3_SIM_CLOCK_HALVED: its highest one by a power of two, the next lower one (spi-stm32)
+ * enum xy3_sim_clock - the actual clock of the controller for a requested one
+ * @XY3_SIM_CLOCK_ANY: the same
+ * @XY3_SIM_CLOCK_DIVIDED: the highest one divided by a whole number, rounded down (spi-bcm2835)
+ * @XY3_SIM_CLOCK_HALVED: the highest one divided by a power of two, rounded down (spi-stm32)
  * @XY3_SIM_CLOCK_SETUP: that of the device when it was set up (spi-stm32-qspi)
- * @XY3_SIM_CLOCK_FIXED: its highest one (spi-xilinx)
+ * @XY3_SIM_CLOCK_FIXED: the highest one (spi-xilinx)
  */
 enum xy3_sim_clock {
 	XY3_SIM_CLOCK_ANY,
@@ -70,11 +70,11 @@ enum xy3_sim_clock {
 };
 
 /**
- * enum xy3_sim_signal - what a data line carries
+ * enum xy3_sim_signal - the signal of a data line
  * @XY3_SIM_X: axis X; Y, Z, U and W follow
  * @XY3_SIM_SYNC: SYNC
- * @XY3_SIM_GATE: the laser's gate
- * @XY3_SIM_NONE: nothing
+ * @XY3_SIM_GATE: the gate of the laser
+ * @XY3_SIM_NONE: unused
  */
 enum xy3_sim_signal {
 	XY3_SIM_X,
@@ -84,31 +84,31 @@ enum xy3_sim_signal {
 };
 
 /**
- * struct xy3_sim_config - the settings of a head, as module parameters and configfs have them
+ * struct xy3_sim_config - the settings of a head, from module parameters and configfs
  * @lines: data lines of the controller: 1, 2, 4 or 8
- * @device_lines: data lines that the SPI device is said to have, 0 for as many
+ * @device_lines: data lines of the SPI device in firmware, 0 for the same number
  * @framing: by enum xy3_sim_framing
- * @signals: names of what the lines carry; nothing for what goes with @framing
- * @signal: what each line carries, by enum xy3_sim_signal; it follows from @signals
- * @cs_word: the controller can move the chip select after each word
+ * @signals: names of the signals of the lines; empty for the default of @framing
+ * @signal: the signal of each line, by enum xy3_sim_signal; parsed from @signals
+ * @cs_word: the controller can toggle the chip select after each word
  * @max_speed_hz: of the controller and the device
  * @min_speed_hz: of the controller, 0 for any
- * @clock: clocks that it has, by enum xy3_sim_clock
+ * @clock: supported clocks, by enum xy3_sim_clock
  * @max_transfer: longest transfer in bytes, 0 for any
  * @max_message: longest message in bytes, 0 for any
  * @modes: SPI modes of the controller, by enum xy3_sim_modes
- * @clock_inverted: the pair of CLK is crossed, and firmware says so
+ * @clock_inverted: the pair of CLK is crossed, also in firmware
  * @word_bits: longest word with @cs_word or @lanes
- * @driven_lines: data lines that transfers really use, 0 for all
+ * @driven_lines: data lines that transfers actually use, 0 for all
  * @flash_only: no plain transfers, spi-mem only
- * @lsb_first: firmware says that the lowest bit goes first
- * @lanes: lanes, of one line each, in place of a bus width; 0 for none
+ * @lsb_first: the lowest bit is first in firmware
+ * @lanes: lanes, of one line each, instead of a bus width; 0 for none
  * @idle: the data lines between messages, by enum xy3_sim_idle
- * @turnaround_us: time between two messages that follow one another
- * @prepare_us: time to prepare a message, 0 when the controller does not prepare any
- * @driver: name of the controller's driver
+ * @turnaround_us: time between two consecutive messages
+ * @prepare_us: time to prepare a message, 0 if the controller does not prepare messages
+ * @driver: name of the driver of the controller
  * @modalias: of the SPI device
- * @realtime: transfers take the time that they take on a wire
+ * @realtime: transfers take the same time as on a wire
  * @uart_max: highest speed of the UART in bit/s
  * @interval_ms: between rounds of telemetry, 0 for none
  * @sync_ms: between sync packets, 0 for none

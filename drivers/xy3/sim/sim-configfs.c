@@ -2,8 +2,8 @@
 /*
  * Virtual XY3-100 compatible scanhead: heads by configfs
  *
- * A folder is a head. It begins with the settings of the module's parameters; as soon as it is
- * live they stay as they are.
+ * A folder is a head. The module parameters are its default settings, which cannot be changed while
+ * it is live.
  */
 
 #include <linux/cleanup.h>
@@ -21,9 +21,9 @@
  * struct sim_group - a folder
  * @group: its group of configfs
  * @number: of its head
- * @lock: protects what follows
+ * @lock: protects the following members
  * @config: the settings
- * @pdev: the head's device while it is live, or NULL
+ * @pdev: the device of the head while it is live, or NULL
  */
 struct sim_group {
 	struct config_group group;
@@ -42,9 +42,9 @@ static struct sim_group *to_sim_group(struct config_item *item)
 
 /**
  * xy3_sim_configfs_show() - read a setting
- * @item: of which head
- * @setting: which one
- * @page: where to
+ * @item: the folder of the head
+ * @setting: the setting
+ * @page: the destination
  *
  * Return: the length.
  */
@@ -59,12 +59,12 @@ ssize_t xy3_sim_configfs_show(struct config_item *item, const struct xy3_sim_set
 
 /**
  * xy3_sim_configfs_store() - change a setting
- * @item: of which head
- * @setting: which one
- * @page: what it becomes
+ * @item: the folder of the head
+ * @setting: the setting
+ * @page: the new value
  * @count: its length
  *
- * Return: @count; -EBUSY when the head is live; or another error.
+ * Return: @count; -EBUSY if the head is live; or another error.
  */
 ssize_t xy3_sim_configfs_store(struct config_item *item, const struct xy3_sim_setting *setting,
 			       const char *page, size_t count)
@@ -78,9 +78,9 @@ ssize_t xy3_sim_configfs_store(struct config_item *item, const struct xy3_sim_se
 }
 
 /**
- * xy3_sim_number_show() - read the head's number
- * @item: which head
- * @page: where to
+ * xy3_sim_number_show() - read the number of a head
+ * @item: the folder of the head
+ * @page: the destination
  *
  * Return: the length.
  */
@@ -90,9 +90,9 @@ ssize_t xy3_sim_number_show(struct config_item *item, char *page)
 }
 
 /**
- * xy3_sim_live_show() - read whether a head is there
- * @item: which one
- * @page: where to
+ * xy3_sim_live_show() - read whether a head is live
+ * @item: the folder of the head
+ * @page: the destination
  *
  * Return: the length.
  */
@@ -125,10 +125,10 @@ static void sim_stop(struct sim_group *group)
 }
 
 /**
- * xy3_sim_live_store() - make a head, or take it away
- * @item: which one
- * @page: whether it is to be there
- * @count: length of that
+ * xy3_sim_live_store() - create or remove a head
+ * @item: the folder of the head
+ * @page: whether it shall exist
+ * @count: length of the text
  *
  * Return: @count or an error.
  */
@@ -210,7 +210,7 @@ static struct configfs_subsystem sim_subsystem = {
 };
 
 /**
- * xy3_sim_configfs_init() - make the folder of all heads
+ * xy3_sim_configfs_init() - create the folder of all heads
  *
  * Return: 0 or an error.
  */
@@ -222,7 +222,7 @@ int __init xy3_sim_configfs_init(void)
 }
 
 /**
- * xy3_sim_configfs_exit() - remove it; there are no heads in it any more
+ * xy3_sim_configfs_exit() - remove the folder, which has no heads any more
  */
 void xy3_sim_configfs_exit(void)
 {

@@ -29,7 +29,7 @@ static DEFINE_IDA(sim_numbers);
 /* ---- a head ---- */
 
 /**
- * xy3_sim_reset_counts() - count from 0 again, and keep no scans any more
+ * xy3_sim_reset_counts() - reset all counts to 0, and stop recording scans
  * @sim: the head; its lock is held
  */
 void xy3_sim_reset_counts(struct xy3_sim *sim)
@@ -71,7 +71,7 @@ void xy3_sim_reset_counts(struct xy3_sim *sim)
 }
 
 /**
- * xy3_sim_power_cycle() - the head loses what it was told, and its counts
+ * xy3_sim_power_cycle() - the head loses its state and its counts
  * @sim: the head; its lock is held
  */
 void xy3_sim_power_cycle(struct xy3_sim *sim)
@@ -122,7 +122,7 @@ static int sim_probe(struct platform_device *pdev)
 	sim->config = *config;
 	sim_init(sim);
 
-	/* from here on the tty's port is what frees it */
+	/* from now on it is freed by the port of the tty */
 	err = xy3_sim_uart_add(sim);
 	if (err)
 		return dev_err_probe(dev, err, "no tty\n");
@@ -132,20 +132,20 @@ static int sim_probe(struct platform_device *pdev)
 	err = xy3_sim_debugfs_add(sim);
 	if (err)
 		return err;
-	/* last, as its driver may send something at once */
+	/* last, as its driver may send something immediately */
 	err = xy3_sim_spi_add(sim);
 	if (!err)
 		platform_set_drvdata(pdev, sim);
 	return err;
 }
 
-/* ---- drivers: those of heads may have the names of others' ---- */
+/* ---- drivers: those of heads may have the names of other drivers ---- */
 
 /**
  * struct sim_driver - a platform driver
- * @driver: it
+ * @driver: the driver
  * @name: its name
- * @users: heads that have it, 0 and it is not registered
+ * @users: number of heads with this driver; if 0, it is not registered
  */
 struct sim_driver {
 	struct platform_driver driver;
@@ -165,7 +165,7 @@ static struct sim_driver *sim_find_driver(const char *name)
 	return NULL;
 }
 
-/* There are as many as heads: one is free */
+/* There is one for each possible head: one is free */
 static struct sim_driver *sim_free_driver(void)
 {
 	struct sim_driver *driver = sim_drivers;
@@ -212,12 +212,12 @@ static void sim_put_driver(const char *name)
 		platform_driver_unregister(&driver->driver);
 }
 
-/* ---- heads come and go ---- */
+/* ---- creating and removing heads ---- */
 
 /**
- * xy3_sim_new_number() - a number for a head
+ * xy3_sim_new_number() - allocate a number for a head
  *
- * Return: the lowest one that is free, or an error.
+ * Return: the lowest free one, or an error.
  */
 int xy3_sim_new_number(void)
 {
@@ -225,8 +225,8 @@ int xy3_sim_new_number(void)
 }
 
 /**
- * xy3_sim_free_number() - a head with this number can be no more
- * @number: it
+ * xy3_sim_free_number() - free the number of a head
+ * @number: the number
  */
 void xy3_sim_free_number(unsigned int number)
 {
@@ -234,7 +234,7 @@ void xy3_sim_free_number(unsigned int number)
 }
 
 /**
- * xy3_sim_add() - make a head
+ * xy3_sim_add() - create a head
  * @config: its settings
  * @number: its number
  *
@@ -255,7 +255,7 @@ struct platform_device *xy3_sim_add(const struct xy3_sim_config *config, unsigne
 	pdev = platform_device_register_data(NULL, resolved.driver, number, &resolved,
 					     sizeof(resolved));
 	if (!IS_ERR(pdev) && !platform_get_drvdata(pdev)) {
-		/* the log says why */
+		/* the reason is in the log */
 		platform_device_unregister(pdev);
 		pdev = ERR_PTR(-ENXIO);
 	}
@@ -265,7 +265,7 @@ struct platform_device *xy3_sim_add(const struct xy3_sim_config *config, unsigne
 }
 
 /**
- * xy3_sim_remove() - take a head away
+ * xy3_sim_remove() - remove a head
  * @pdev: its device
  */
 void xy3_sim_remove(struct platform_device *pdev)
@@ -302,7 +302,7 @@ static struct platform_device * __init sim_add_head(void)
 	return pdev;
 }
 
-/* A module without the heads that it was asked for is of no use to anybody */
+/* Fail loading the module without the requested heads */
 static int __init sim_add_heads(void)
 {
 	struct platform_device *pdev;

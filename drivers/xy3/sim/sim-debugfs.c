@@ -2,7 +2,7 @@
 /*
  * Virtual XY3-100 compatible scanhead: /sys/kernel/debug/xy3-sim/<n>/
  *
- * One table of files; each shows text, takes text, or both. Faults are numbers in faults/.
+ * One table of files; each shows text, accepts text, or both. Faults are numbers in faults/.
  */
 
 #include <linux/cleanup.h>
@@ -19,10 +19,10 @@
 
 #include "sim.h"
 
-/* Text that is written, in bytes: an array of 22 numbers, or a packet in hex */
+/* Length of written text: an array of 22 numbers, or a packet in hex */
 #define SIM_WRITE_MAX		1024
 
-/* Longest time that the bus can be locked for */
+/* Maximum time for which the bus can be locked */
 #define SIM_LOCK_MAX_MS		10000
 
 static struct dentry *sim_root;
@@ -45,7 +45,7 @@ static void sim_positions_show(struct seq_file *seq, struct xy3_sim *sim, unsign
 	}
 }
 
-/* A count of each axis; index is its place in struct xy3_sim_axis */
+/* A count of each axis; index is its offset in struct xy3_sim_axis */
 static void sim_axis_show(struct seq_file *seq, struct xy3_sim *sim, unsigned int index)
 {
 	for (unsigned int i = 0; i < XY3_SIM_AXES; i++)
@@ -175,7 +175,7 @@ static int sim_realtime_store(struct xy3_sim *sim, char *text, unsigned int inde
 {
 	int err = kstrtobool(text, &sim->realtime);
 
-	/* a sender may have been ahead of the wire for long */
+	/* a sender may be far ahead of the wire */
 	if (!err)
 		sim->bus.started = false;
 	return err;
@@ -248,7 +248,7 @@ static int sim_file_show(struct seq_file *seq, void *data)
 {
 	struct xy3_sim_node *node = seq->private;
 
-	/* permissions do not hold for root */
+	/* root can ignore permissions */
 	if (!node->file->show)
 		return -EINVAL;
 	guard(mutex)(&node->sim->lock);
@@ -321,10 +321,10 @@ static void sim_add_files(struct xy3_sim *sim, const struct xy3_sim_file *files,
 }
 
 /**
- * xy3_sim_debugfs_add() - make the directory of a head
+ * xy3_sim_debugfs_add() - create the directory of a head
  * @sim: the head
  *
- * It goes with the platform device.
+ * It is removed with the platform device.
  *
  * Return: 0 or -ENOMEM.
  */
@@ -346,7 +346,7 @@ int xy3_sim_debugfs_add(struct xy3_sim *sim)
 }
 
 /**
- * xy3_sim_debugfs_init() - make the directory of all heads
+ * xy3_sim_debugfs_init() - create the directory of all heads
  */
 void xy3_sim_debugfs_init(void)
 {
@@ -354,7 +354,7 @@ void xy3_sim_debugfs_init(void)
 }
 
 /**
- * xy3_sim_debugfs_exit() - remove it
+ * xy3_sim_debugfs_exit() - remove the directory of all heads
  */
 void xy3_sim_debugfs_exit(void)
 {

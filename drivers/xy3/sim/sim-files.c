@@ -11,7 +11,7 @@
 
 #include "sim.h"
 
-/* Bytes of one write to send */
+/* Maximum bytes of one write to send */
 #define SIM_SEND_MAX		512
 
 static void sim_uart_show(struct seq_file *seq, struct xy3_sim *sim, unsigned int index)
@@ -31,7 +31,7 @@ static void sim_rate_show(struct seq_file *seq, struct xy3_sim *sim, unsigned in
 	seq_printf(seq, "%u\n", sim->head.rate);
 }
 
-/* As if it had kept this rate over a restart */
+/* As if the head had kept this rate over a restart */
 static int sim_rate_store(struct xy3_sim *sim, char *text, unsigned int index)
 {
 	unsigned int rate;
@@ -160,7 +160,7 @@ static int sim_report_store(struct xy3_sim *sim, char *text, unsigned int index)
 	return 0;
 }
 
-/* Bytes in hex with blanks between, whatever they are */
+/* Any bytes, in hex, separated by blanks */
 static int sim_send_store(struct xy3_sim *sim, char *text, unsigned int index)
 {
 	u8 bytes[SIM_SEND_MAX];

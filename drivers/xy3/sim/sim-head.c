@@ -2,8 +2,8 @@
 /*
  * Virtual XY3-100 compatible scanhead: the receiver of its forward channel
  *
- * Clock by clock it is told the levels of all data lines, and takes them as a head does: SYNC low
- * is a frame, each axis has one on its own line, the first bit says how long it is.
+ * It gets the levels of all data lines clock by clock, and decodes them like a head: a frame lasts
+ * as long as SYNC is low, each axis has one on its line, the first bit determines its length.
  *
  *   24 clocks   0 P D19..D0 p1 p0
  *   32 clocks   1 P D25..D0 p3 p2 p1 p0
@@ -22,16 +22,16 @@
 #define SIM_SHORT_CLOCKS	24
 #define SIM_LONG_CLOCKS		32
 
-/* A command that names none is for all of them */
+/* A command without axes is for all axes */
 #define SIM_ALL_AXES		GENMASK(XY3_SIM_AXES - 1, 0)
 
 /**
- * enum sim_verdict - what the head says of a frame
+ * enum sim_verdict - result of decoding a frame
  * @SIM_IDLE: the line was low all the time
  * @SIM_POSITION: a position
  * @SIM_COMMAND: a command
- * @SIM_BAD_LENGTH: another number of clocks than the first bit says
- * @SIM_BAD_PARITY: another number of ones than the last bits say
+ * @SIM_BAD_LENGTH: the number of clocks does not match the first bit
+ * @SIM_BAD_PARITY: the number of ones does not match the last bits
  */
 enum sim_verdict {
 	SIM_IDLE,
@@ -44,7 +44,7 @@ enum sim_verdict {
 /* ---- commands ---- */
 
 /**
- * enum sim_action - what a command does
+ * enum sim_action - the action of a command
  * @SIM_AUTOCALIB: automatic calibration
  * @SIM_TEMP_COMP: temperature compensation
  * @SIM_CALIBRATE: calibrate once
@@ -91,11 +91,11 @@ static const struct sim_command *sim_find_command(u32 code)
 }
 
 /**
- * xy3_sim_command_name() - what a command is called
+ * xy3_sim_command_name() - name of a command
  * @code: its 20 bits
- * @axes: it can be for some axes only
+ * @axes: whether it can be for some axes only
  *
- * Return: its name, or NULL when it means nothing.
+ * Return: its name, or NULL if it is unknown.
  */
 const char *xy3_sim_command_name(u32 code, bool *axes)
 {
@@ -150,7 +150,7 @@ static u8 sim_eight_clocks(const u8 *symbol, unsigned int line)
 {
 	u64 levels = (get_unaligned_le64(symbol) >> line) & 0x0101010101010101ULL;
 
-	/* bit 8 i goes to bit 63 - i; no two products fall on the same bit, so nothing carries */
+	/* moves bit 8 i to bit 63 - i; no two products have the same bit, so there is no carry */
 	return (levels * 0x8040201008040201ULL) >> 56;
 }
 
@@ -169,7 +169,7 @@ static enum sim_verdict sim_judge(u32 raw, unsigned int clocks, u32 *data)
 	bool is_long = raw & BIT(31);
 	u32 parity;
 
-	/* in 32 clocks these are a frame that says it has 24 */
+	/* in 32 clocks this is a frame whose first bit means 24 */
 	if (!raw && clocks == SIM_SHORT_CLOCKS)
 		return SIM_IDLE;
 	if (clocks != (is_long ? SIM_LONG_CLOCKS : SIM_SHORT_CLOCKS))
@@ -221,10 +221,10 @@ static bool sim_take(struct xy3_sim_head *head, unsigned int which, unsigned int
 }
 
 /**
- * xy3_sim_bad_frames() - how many frames a head calls erroneous
- * @axis: of this axis
+ * xy3_sim_bad_frames() - number of erroneous frames
+ * @axis: the axis
  *
- * Return: that.
+ * Return: the number.
  */
 u64 xy3_sim_bad_frames(const struct xy3_sim_axis *axis)
 {
@@ -271,7 +271,7 @@ static void sim_flip(struct xy3_sim *sim, unsigned int clocks)
 
 /* ---- a frame of all axes ---- */
 
-/* Whether the gate was high in all clocks of the frame; in a part of them is wrong */
+/* Whether the gate was high in all clocks of the frame; in only some of them is an error */
 static bool sim_judge_gate(struct xy3_sim_head *head, unsigned int clocks)
 {
 	unsigned int high = 0;
@@ -361,12 +361,12 @@ static __always_inline void sim_clock(struct xy3_sim *sim, u8 symbol)
 }
 
 /**
- * xy3_sim_head_idle() - the controller has sent a message, and its clock stands still
+ * xy3_sim_head_idle() - the controller has sent a message, and its clock has stopped
  * @sim: the head; its lock is held
- * @levels: where the data lines are
+ * @levels: levels of the data lines
  *
- * SYNC begins and ends frames without a clock, too. A frame that has begun so does not go on within
- * the time of a frame: the head gives it up, and waits for SYNC to fall again.
+ * SYNC begins and ends frames without a clock, too. A frame that begins in this way does not
+ * continue within the time of a frame: the head drops it, and waits for SYNC to fall again.
  */
 void xy3_sim_head_idle(struct xy3_sim *sim, u8 levels)
 {
@@ -389,7 +389,7 @@ void xy3_sim_head_idle(struct xy3_sim *sim, u8 levels)
  * xy3_sim_head_bytes() - the controller sends bytes
  * @sim: the head; its lock is held
  * @data: the bytes, or NULL: all lines are low
- * @size: how many
+ * @size: number of bytes
  * @nbits: data lines that are used: 1, 2, 4 or 8; the others are low
  */
 void xy3_sim_head_bytes(struct xy3_sim *sim, const u8 *data, size_t size, unsigned int nbits)
@@ -420,10 +420,10 @@ void xy3_sim_head_word(struct xy3_sim *sim, u32 word, unsigned int bits, unsigne
 }
 
 /**
- * xy3_sim_head_lanes() - the controller sends a word on each of its lanes at once
+ * xy3_sim_head_lanes() - the controller sends a word on each of its lanes at the same time
  * @sim: the head; its lock is held
  * @words: the words
- * @lanes: how many; the other lines are low
+ * @lanes: number of lanes; the other lines are low
  * @bits: of a word
  */
 void xy3_sim_head_lanes(struct xy3_sim *sim, const u32 *words, unsigned int lanes,
@@ -439,7 +439,7 @@ void xy3_sim_head_lanes(struct xy3_sim *sim, const u32 *words, unsigned int lane
 }
 
 /**
- * xy3_sim_head_select() - the controller moves the chip select
+ * xy3_sim_head_select() - the controller changes the chip select
  * @sim: the head; its lock is held
  * @active: SYNC is low
  */
@@ -458,8 +458,8 @@ void xy3_sim_head_select(struct xy3_sim *sim, bool active)
 /**
  * xy3_sim_head_wire() - connect the head to the lines of the controller
  * @sim: the head; its lock is held
- * @lines: how many there are
- * @signal: what each carries
+ * @lines: number of lines
+ * @signal: the signal of each
  */
 void xy3_sim_head_wire(struct xy3_sim *sim, unsigned int lines, const u8 *signal)
 {

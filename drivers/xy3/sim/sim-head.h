@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-only */
 /*
- * Virtual XY3-100 compatible scanhead: the receiver, and what it records
+ * Virtual XY3-100 compatible scanhead: the receiver, and its record
  */
 #ifndef XY3_SIM_HEAD_H
 #define XY3_SIM_HEAD_H
@@ -10,9 +10,9 @@
 
 #include "sim-config.h"
 
-#define XY3_SIM_CLOCKS_MAX	32	/* clocks of a frame that are kept */
-#define XY3_SIM_GAP_CLOCKS	2	/* least time of SYNC between frames when it is a line */
-#define XY3_SIM_COMMANDS	16	/* commands that are remembered */
+#define XY3_SIM_CLOCKS_MAX	32	/* stored clocks of a frame */
+#define XY3_SIM_GAP_CLOCKS	2	/* minimum clocks of SYNC between frames if it is a line */
+#define XY3_SIM_COMMANDS	16	/* commands in the log */
 #define XY3_SIM_RECORD_MAX	(4 * 1024 * 1024)
 #define XY3_SIM_NO_CODE		U32_MAX	/* in a record: the axis had no good position */
 
@@ -25,7 +25,7 @@ struct xy3_sim;
  * @code: the last position
  * @frames: good frames, positions and commands
  * @parity_errors: frames whose count of ones is wrong
- * @length_errors: frames with another number of clocks than their first bit says
+ * @length_errors: frames whose number of clocks does not match their first bit
  * @mode_errors: frames in another SPI mode than 1
  * @idle: frames in which the line was low all the time
  */
@@ -42,7 +42,7 @@ struct xy3_sim_axis {
 
 /**
  * struct xy3_sim_command - a command that was received
- * @scan: how many scans had been received before
+ * @scan: number of scans received before
  * @code: its 20 bits
  */
 struct xy3_sim_command {
@@ -53,26 +53,26 @@ struct xy3_sim_command {
 /**
  * struct xy3_sim_head - the receiver
  * @lines: data lines that it is wired to
- * @signal: what each carries
- * @sync: the line of SYNC, -1 when that is the chip select
- * @gate: the line of the laser's gate, or -1
+ * @signal: the signal of each
+ * @sync: the line of SYNC, -1 if it is the chip select
+ * @gate: the line of the gate of the laser, or -1
  * @gate_high: its level in the last clock
- * @gate_scans: scans in all clocks of which it was high
- * @gate_torn: frames in which it was high for a part of the clocks only
- * @gate_commands: commands with which it was high
+ * @gate_scans: scans in which it was high in all clocks
+ * @gate_torn: frames in which it was high in only some of the clocks
+ * @gate_commands: commands in which it was high
  * @axis: the axes
  * @inside: SYNC is low: a frame is being received
- * @stalled: SYNC has fallen while the clock stood still: the head does not wait for this frame
- * @wrong_mode: data change at the edge of CLK at which the head takes them
+ * @stalled: SYNC has fallen while there was no clock: the head does not wait for this frame
+ * @wrong_mode: data change at the edge of CLK at which the head samples them
  * @clocks: of the frame so far
- * @gap: clocks since the last one, when SYNC is a line
- * @symbol: the lines' levels in each clock of the frame
+ * @gap: clocks since the last one, if SYNC is a line
+ * @symbol: the levels of the lines in each clock of the frame
  * @scans: frames with a good position on at least one axis
  * @short_gaps: frames that began too soon after the one before
- * @stalled_frames: frames that are lost as SYNC fell while the clock stood still
+ * @stalled_frames: frames that are lost as SYNC fell while there was no clock
  * @stray_clocks: clocks outside of a frame, with the chip select not active
  * @commands: received in good frames on X
- * @unknown_commands: those among them that mean nothing
+ * @unknown_commands: number of unknown ones among them
  * @log: the last of them, at their number modulo the size
  * @rate: of the backchannel in bit/s
  * @autocalib: axes with automatic calibration
@@ -111,12 +111,12 @@ struct xy3_sim_head {
 };
 
 /**
- * struct xy3_sim_record - scans that are kept
- * @codes: of one scan after another, those of the axes that are on a line, and 1 or 0 for a gate
- * @axes: how many these are
- * @room: scans that there is room for
- * @count: scans kept so far
- * @changes: a scan that is the same as the one before is not kept
+ * struct xy3_sim_record - recorded scans
+ * @codes: for each scan the codes of the axes that are on a line, and 1 or 0 for a gate
+ * @axes: number of codes per scan
+ * @room: maximum number of scans
+ * @count: scans recorded so far
+ * @changes: do not record a scan that is the same as the one before
  */
 struct xy3_sim_record {
 	u32 *codes;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * Virtual XY3-100 compatible scanhead: what was received, scan by scan
+ * Virtual XY3-100 compatible scanhead: the record of received scans
  *
- *   record       a line of text for each scan, a code for each axis, - where it had none; with a
- *                gate 1 or 0 behind them
- *   record.bin   the same in 32-bit numbers of the processor's byte order, FFFFFFFFh for -
+ *   record       a line of text for each scan, with a code for each axis, or - if it had none; with
+ *                a gate followed by 1 or 0
+ *   record.bin   the same in 32-bit numbers in native byte order, FFFFFFFFh for -
  */
 
 #include <linux/cleanup.h>
@@ -20,10 +20,10 @@
 #include "sim.h"
 
 /**
- * xy3_sim_record_start() - keep the next scans, and forget those that were kept
+ * xy3_sim_record_start() - record the next scans, and delete the old record
  * @sim: the head; its lock is held
- * @scans: how many
- * @changes: leave out what is the same as the scan before
+ * @scans: number of scans
+ * @changes: leave out scans that are the same as the one before
  *
  * Return: 0, -ERANGE or -ENOMEM.
  */
@@ -57,7 +57,7 @@ int xy3_sim_record_start(struct xy3_sim *sim, u32 scans, bool changes)
  * xy3_sim_record_scan() - a scan has been received
  * @sim: the head; its lock is held
  * @codes: of all axes
- * @gate: it was high
+ * @gate: whether the gate was high
  */
 void xy3_sim_record_scan(struct xy3_sim *sim, const u32 *codes, bool gate)
 {
@@ -196,8 +196,8 @@ static const struct file_operations sim_record_bin_fops = {
 };
 
 /**
- * xy3_sim_record_debugfs() - make the files
- * @sim: the head, whose directory is there
+ * xy3_sim_record_debugfs() - create the files
+ * @sim: the head, whose directory exists
  */
 void xy3_sim_record_debugfs(struct xy3_sim *sim)
 {

@@ -17,12 +17,12 @@
 
 #include "sim.h"
 
-/* the device as firmware describes it; what is right is judged at the head's side of the wires */
+/* the device as described by firmware; faults are detected on the side of the head */
 #define SIM_MODE		SPI_MODE_1
 
-/* ---- what it can do ---- */
+/* ---- features of the controller ---- */
 
-/* A driver of another device on the bus has it for itself */
+/* A driver of another device on the bus has locked it */
 static void sim_lock_bus(struct work_struct *work)
 {
 	struct xy3_sim *sim = container_of(work, struct xy3_sim, bus_lock);
@@ -61,13 +61,13 @@ static int sim_setup(struct spi_device *spi)
 	if (sim->config.modes == XY3_SIM_MODES_0_3 && mode != SPI_MODE_0 && mode != SPI_MODE_3)
 		return -EINVAL;
 	WRITE_ONCE(sim->setup_hz, spi->max_speed_hz);
-	/* as the SPI core does for a devicetree; what describes this device is a software node */
+	/* as in the SPI core for a devicetree; this device is described by a software node */
 	if (xy3_sim_has_lanes(sim) && sim->config.lanes <= SPI_DEVICE_DATA_LANE_CNT_MAX)
 		spi->num_tx_lanes = sim->config.lanes;
 	return 0;
 }
 
-/* Like spi-axi-spi-engine, which makes a program of each message, in memory that it may wait for */
+/* Like spi-axi-spi-engine, which compiles each message to a program and may wait for memory */
 static int sim_optimize(struct spi_message *message)
 {
 	struct xy3_sim *sim = spi_controller_get_devdata(message->spi->controller);
@@ -94,7 +94,7 @@ static void sim_check_prepared(void *data)
 	WARN(left, "xy3-sim: %d messages were prepared and never released\n", left);
 }
 
-/* A controller that has been made for flash memory takes nothing else */
+/* A controller for flash memory supports nothing else */
 static int sim_flash_operation(struct spi_mem *memory, const struct spi_mem_op *operation)
 {
 	return -EOPNOTSUPP;
@@ -140,8 +140,8 @@ static void sim_remove_node(void *data)
 }
 
 /*
- * The SPI core would register the node by itself, and drop it before the device's driver has gone;
- * the devices that the driver has made have it as theirs, too.
+ * The SPI core would register the node itself, and drop it before the driver of the device is
+ * unbound; devices created by the driver also refer to it.
  */
 static int sim_add_node(struct xy3_sim *sim)
 {
@@ -186,10 +186,10 @@ static int sim_add_device(struct xy3_sim *sim)
 		info.mode &= ~SPI_MODE_X_MASK;
 	if (sim->config.lsb_first)
 		info.mode |= SPI_LSB_FIRST;
-	/* a scan of one line is a word, and spidev does not let anybody choose */
+	/* a scan of one line is a word, and in spidev this cannot be selected */
 	if (sim->config.cs_word && sim->config.device_lines == 1)
 		info.mode |= SPI_CS_WORD;
-	/* spidev takes no device by its own name; this is one of its table in all kernels */
+	/* spidev does not accept its own name for a device; this is in its table in all kernels */
 	strscpy(info.modalias, strcmp(sim->config.modalias, "spidev") ? sim->config.modalias :
 		"dh2228fv", sizeof(info.modalias));
 	spi = spi_new_device(sim->controller, &info);
@@ -200,10 +200,10 @@ static int sim_add_device(struct xy3_sim *sim)
 }
 
 /**
- * xy3_sim_spi_add() - make the controller and the device on it
+ * xy3_sim_spi_add() - create the controller and the device on it
  * @sim: the head
  *
- * Both go with the platform device.
+ * Both are removed with the platform device.
  *
  * Return: 0 or an error.
  */

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * Virtual XY3-100 compatible scanhead: what it reports on its backchannel, and what becomes of it
+ * Virtual XY3-100 compatible scanhead: packets of its backchannel, and faults in them
  *
  *   byte  0    1     2       3 ...
  *         48h  type  length  payload of length bytes
@@ -49,7 +49,7 @@ static void sim_noise(struct xy3_sim *sim)
 	xy3_sim_uart_send(sim, noise, size, -1);
 }
 
-/* Whether the packet is still as it was */
+/* Whether the packet is still unchanged */
 static bool sim_damage(struct xy3_sim *sim, u8 *packet, size_t *size, int *line_error)
 {
 	bool whole = true;
@@ -153,7 +153,7 @@ static void sim_report_sync(struct xy3_sim *sim)
 }
 
 /**
- * xy3_sim_report() - send a round of everything, between two sync packets
+ * xy3_sim_report() - send a round of all packets, between two sync packets
  * @sim: the head; its lock is held
  */
 void xy3_sim_report(struct xy3_sim *sim)
@@ -168,9 +168,9 @@ void xy3_sim_report(struct xy3_sim *sim)
 	xy3_sim_uart_push(sim);
 }
 
-/* ---- when ---- */
+/* ---- intervals ---- */
 
-/* Whether something is due, and until when nothing is again, at most the ms that are waited */
+/* Whether something is due; limits the ms to wait to the next time that something is due */
 static bool sim_due(unsigned int ms, unsigned long now, unsigned long *next, unsigned long *wait)
 {
 	bool due;
@@ -185,7 +185,7 @@ static bool sim_due(unsigned int ms, unsigned long now, unsigned long *next, uns
 }
 
 /**
- * xy3_sim_telemetry_work() - send what is due
+ * xy3_sim_telemetry_work() - send packets that are due
  * @work: of a head
  */
 void xy3_sim_telemetry_work(struct work_struct *work)
@@ -214,7 +214,7 @@ void xy3_sim_telemetry_work(struct work_struct *work)
 }
 
 /**
- * xy3_sim_telemetry_soon() - the intervals begin now
+ * xy3_sim_telemetry_soon() - start the intervals now
  * @sim: the head; its lock is held
  */
 void xy3_sim_telemetry_soon(struct xy3_sim *sim)
@@ -233,7 +233,7 @@ static void sim_set_array(struct xy3_sim *sim, enum xy3_sim_array which, const s
 }
 
 /**
- * xy3_sim_telemetry_init() - what a new head reports
+ * xy3_sim_telemetry_init() - set the values that a new head reports
  * @sim: the head
  */
 void xy3_sim_telemetry_init(struct xy3_sim *sim)

@@ -2,8 +2,8 @@
 /*
  * Virtual XY3-100 compatible scanhead: the UART at the end of its backchannel, a tty
  *
- * When the tty has another speed than the head, it takes what a UART takes that samples the line
- * at its own pace: garbage, with framing errors.
+ * If the speed of the tty is not that of the head, it receives the same as a UART that samples the
+ * line at another rate: garbage, with framing errors.
  */
 
 #include <linux/cleanup.h>
@@ -22,19 +22,19 @@
 #define SIM_BYTE_BITS		10
 #define SIM_STOP_BIT		9
 
-/* Time on the line, in 1/65536 of the head's bits */
+/* Time on the line, in 1/65536 of the bits of the head */
 #define SIM_BIT			65536ULL
 
-/* Below this nothing more is sent: the reader is slow */
+/* With less room nothing more is sent: the reader is slow */
 #define SIM_ROOM_MIN		4096
 
 static struct tty_driver *sim_tty_driver;
 
-/* Protects the table below against an open while a head goes */
+/* Protects the table below against an open while a head is removed */
 static DEFINE_MUTEX(sim_table_lock);
 static struct xy3_sim *sim_table[XY3_SIM_HEADS_MAX];
 
-/* ---- what arrives ---- */
+/* ---- received data ---- */
 
 static void sim_receive(struct xy3_sim *sim, u8 byte, bool good)
 {
@@ -42,7 +42,7 @@ static void sim_receive(struct xy3_sim *sim, u8 byte, bool good)
 		sim->uart.lost_bytes++;
 }
 
-/* The level of the line while these bytes are sent; it is high when nothing is */
+/* The level of the line while these bytes are sent; it is high otherwise */
 static bool sim_level(const u8 *data, size_t size, u64 time)
 {
 	u64 bit = div_u64(time, SIM_BIT);
@@ -54,7 +54,7 @@ static bool sim_level(const u8 *data, size_t size, u64 time)
 	return in_byte && data[byte] >> (in_byte - 1) & 1;
 }
 
-/* A start bit is there: what the UART makes of it, and when it looks for the next one */
+/* After a start bit: the byte that the UART receives, and when it looks for the next one */
 static u64 sim_sample(struct xy3_sim *sim, const u8 *data, size_t size, u64 time, u64 step)
 {
 	u8 byte = 0;
@@ -86,11 +86,11 @@ static void sim_garble(struct xy3_sim *sim, const u8 *data, size_t size, unsigne
 }
 
 /**
- * xy3_sim_uart_send() - send bytes at the head's rate
+ * xy3_sim_uart_send() - send bytes at the rate of the head
  * @sim: the head; its lock is held
  * @data: the bytes
- * @size: how many
- * @line_error: which one of them has a framing error, or -1
+ * @size: number of bytes
+ * @line_error: index of the byte with a framing error, or -1
  */
 void xy3_sim_uart_send(struct xy3_sim *sim, const u8 *data, size_t size, int line_error)
 {
@@ -108,7 +108,7 @@ void xy3_sim_uart_send(struct xy3_sim *sim, const u8 *data, size_t size, int lin
 }
 
 /**
- * xy3_sim_uart_push() - let the reader have what was sent
+ * xy3_sim_uart_push() - pass data to the reader
  * @sim: the head; its lock is held
  */
 void xy3_sim_uart_push(struct xy3_sim *sim)
@@ -117,10 +117,10 @@ void xy3_sim_uart_push(struct xy3_sim *sim)
 }
 
 /**
- * xy3_sim_uart_room() - is there a reader who keeps up
+ * xy3_sim_uart_room() - check for a reader that is fast enough
  * @sim: the head; its lock is held
  *
- * Return: whether there is.
+ * Return: whether there is one.
  */
 bool xy3_sim_uart_room(struct xy3_sim *sim)
 {
@@ -213,7 +213,7 @@ static void sim_hangup(struct tty_struct *tty)
 	tty_port_hangup(tty->port);
 }
 
-/* The head has no ear */
+/* The head does not receive */
 static ssize_t sim_write(struct tty_struct *tty, const u8 *data, size_t size)
 {
 	struct xy3_sim *sim = tty->driver_data;
@@ -253,10 +253,10 @@ static const struct tty_operations sim_tty_ops = {
 	.set_termios = sim_set_termios,
 };
 
-/* ---- coming and going ---- */
+/* ---- adding and removing ---- */
 
 /**
- * xy3_sim_uart_add() - make the tty
+ * xy3_sim_uart_add() - create the tty
  * @sim: the head, which from now on is freed with the last reference to its tty port
  *
  * Return: 0 or an error.
@@ -280,7 +280,7 @@ int xy3_sim_uart_add(struct xy3_sim *sim)
 }
 
 /**
- * xy3_sim_uart_remove() - take the tty away, and the head with it
+ * xy3_sim_uart_remove() - remove the tty, and the head with it
  * @data: the head
  */
 void xy3_sim_uart_remove(void *data)
@@ -333,7 +333,7 @@ int xy3_sim_tty_init(void)
 }
 
 /**
- * xy3_sim_tty_exit() - unregister the tty driver; there are no heads any more
+ * xy3_sim_tty_exit() - unregister the tty driver, which has no heads any more
  */
 void xy3_sim_tty_exit(void)
 {

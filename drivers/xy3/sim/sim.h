@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-only */
 /*
- * Virtual XY3-100 compatible scanhead: what its files share
+ * Virtual XY3-100 compatible scanhead: common declarations of its files
  *
  *   SPI device -> sim-bus -> clocks -> sim-head -> positions, commands -> sim-record, debugfs
  *                    |                    |
@@ -8,8 +8,8 @@
  *                                         v
  *             tty <- sim-uart <- sim-telemetry
  *
- * It shares no line with the drivers that it is there to try: what it knows of the format it has
- * from the format's description alone.
+ * It shares no code with the drivers that it tests: it is written only from the description of the
+ * format.
  */
 #ifndef XY3_SIM_H
 #define XY3_SIM_H
@@ -28,7 +28,7 @@
 #define XY3_SIM_HEADS_MAX	4
 #define XY3_SIM_COMPONENTS	22
 #define XY3_SIM_TEXT_MAX	200
-#define XY3_SIM_NODES		40	/* debugfs files of text, at most */
+#define XY3_SIM_NODES		40	/* maximum number of text files in debugfs */
 
 struct dentry;
 struct platform_device;
@@ -40,20 +40,20 @@ struct xy3_sim;
 /**
  * struct xy3_sim_bus - time on the wire
  * @started: a message has been sent
- * @dry: the controller had nothing more to send when the last message ended
+ * @dry: the controller had no other message when the last one ended
  * @until: when the last message ends, in ns of the monotonic clock
  * @messages: sent
  * @failed_messages: not sent
  * @transfers: sent
  * @clocks: sent
  * @busy_ns: time of these clocks
- * @delay_ns: time that messages wished to wait
- * @stalled_ns: time in which the fault spi_stall_ms held messages up
- * @gaps: how often the bus had nothing to send
- * @gap_ns: how long in all
+ * @delay_ns: requested delays in messages
+ * @stalled_ns: time for which the fault spi_stall_ms delayed messages
+ * @gaps: number of times that the bus had nothing to send
+ * @gap_ns: total time of gaps
  * @longest_gap_ns: the longest of them
- * @turnaround_ns: time between messages that the controller needs for itself
- * @longest_silence_ns: the longest time between two messages, whatever for
+ * @turnaround_ns: time that the controller requires between messages
+ * @longest_silence_ns: the longest time between two messages, for any reason
  */
 struct xy3_sim_bus {
 	bool started;
@@ -98,12 +98,12 @@ enum xy3_sim_array {
 };
 
 /**
- * struct xy3_sim_array_kind - how an array is sent
+ * struct xy3_sim_array_kind - format of an array
  * @type: of its packet
  * @size: bytes of a number
- * @min: the lowest one
- * @max: the highest one
- * @none: what is sent for a component that has none
+ * @min: the lowest number
+ * @max: the highest number
+ * @none: the number that is sent for a component without a value
  */
 struct xy3_sim_array_kind {
 	u8 type;
@@ -114,14 +114,14 @@ struct xy3_sim_array_kind {
 };
 
 /**
- * struct xy3_sim_telemetry - what the head reports
+ * struct xy3_sim_telemetry - values that the head reports
  * @interval_ms: between rounds, 0 for none
  * @sync_ms: between sync packets, 0 for none
  * @next_round: jiffies of the next round
  * @next_sync: jiffies of the next sync packet
  * @big_endian: byte order of numbers
  * @text: by enum xy3_sim_text; empty ones are not sent
- * @count: by enum xy3_sim_array: how many numbers; 0 and the array is not sent
+ * @count: by enum xy3_sim_array: how many numbers; if 0, the array is not sent
  * @value: the numbers
  */
 struct xy3_sim_telemetry {
@@ -140,15 +140,15 @@ struct xy3_sim_telemetry {
  * @port: its tty port; the head is freed with it
  * @speed: of the tty in bit/s; written by the tty, read by the worker
  * @open: the tty is open
- * @openings: how often it was opened
- * @packets: sent as they are
- * @bytes: in them
+ * @openings: number of times it was opened
+ * @packets: packets sent unchanged
+ * @bytes: bytes in them
  * @damaged_packets: sent with a fault
  * @garbled_packets: sent while the tty had another speed than the head
  * @silenced_packets: not sent because of the fault uart_silence
  * @held_back: rounds and sync packets that were not sent as the reader was slow
- * @lost_bytes: that found no room
- * @written_bytes: that the host has sent to the head, which has no ear for them
+ * @lost_bytes: bytes without room in the buffer
+ * @written_bytes: bytes that the host has sent to the head, which does not receive them
  */
 struct xy3_sim_uart {
 	struct tty_port port;
@@ -166,21 +166,21 @@ struct xy3_sim_uart {
 };
 
 /**
- * enum xy3_sim_fault - what can be made to go wrong
- * @XY3_SIM_SPI_FLIP: frames in which one bit is to be wrong
+ * enum xy3_sim_fault - faults that can be injected
+ * @XY3_SIM_SPI_FLIP: frames in which one bit will be wrong
  * @XY3_SIM_SPI_FLIP_EVERY: one bit is wrong in one frame of this number
- * @XY3_SIM_SPI_FLIP_LINE: in this line, counted from 1; 0: in any of those that carry an axis
+ * @XY3_SIM_SPI_FLIP_LINE: on this line, counted from 1; 0: on any line with an axis
  * @XY3_SIM_SPI_FLIP_CLOCK: in this clock, counted from 1; 0: in any
- * @XY3_SIM_SPI_CLOCK: frames of which the last clock is to be lost
+ * @XY3_SIM_SPI_CLOCK: frames whose last clock will be lost
  * @XY3_SIM_SPI_ERROR_IN: the message that fails, 1 is the next one
  * @XY3_SIM_SPI_ERROR_EVERY: one message of this number fails
- * @XY3_SIM_SPI_STALL_MS: the next message takes so much longer
+ * @XY3_SIM_SPI_STALL_MS: the next message takes longer by this time
  * @XY3_SIM_UART_SILENCE: packets that are not sent
  * @XY3_SIM_UART_NOISE: packets with noise before them
  * @XY3_SIM_UART_LOST: packets that lose a byte
- * @XY3_SIM_UART_DOUBLED: packets with a byte that comes twice
+ * @XY3_SIM_UART_DOUBLED: packets with a byte that is sent twice
  * @XY3_SIM_UART_FLIPPED: packets with a wrong bit
- * @XY3_SIM_UART_TORN: packets that break off in the middle
+ * @XY3_SIM_UART_TORN: packets that end in the middle
  * @XY3_SIM_UART_LENGTH: packets with a wrong length byte
  * @XY3_SIM_UART_LINE_ERROR: packets in which a byte has a framing error
  * @XY3_SIM_FAULTS: number of faults
@@ -206,13 +206,13 @@ enum xy3_sim_fault {
 };
 
 /**
- * struct xy3_sim_file - a file of text
+ * struct xy3_sim_file - a text file
  * @name: its name
- * @show: writes what is read, or NULL
- * @store: takes what is written, without blanks around it, or NULL
- * @index: which one of several
+ * @show: prints its content, or NULL
+ * @store: gets the written text, without surrounding blanks, or NULL
+ * @index: distinguishes several files
  *
- * Both are called with the head's lock held.
+ * Both are called with the lock of the head held.
  */
 struct xy3_sim_file {
 	const char *name;
@@ -222,9 +222,9 @@ struct xy3_sim_file {
 };
 
 /**
- * struct xy3_sim_node - what is behind a debugfs file
- * @sim: whose it is
- * @file: which one
+ * struct xy3_sim_node - data of a debugfs file
+ * @sim: its head
+ * @file: its description
  */
 struct xy3_sim_node {
 	struct xy3_sim *sim;
@@ -235,31 +235,31 @@ struct xy3_sim_node {
  * struct xy3_sim - a virtual scanhead
  * @pdev: its platform device
  * @number: 0 for the first one
- * @config: what it was made from
+ * @config: its settings
  * @controller: its SPI controller
  * @spi_name: name of the SPI device
  * @properties: of the SPI device
  * @line_map: one of them, a word for each line
  * @lane_widths: a bus width for each lane
- * @bus_lock: locks the bus, for a neighbour
- * @bus_lock_ms: for so long
- * @swnode: its software node
+ * @bus_lock: locks the bus, for another device
+ * @bus_lock_ms: duration of that lock
+ * @swnode: software node of the SPI device
  * @node_name: its name
- * @setup_hz: the device's clock when it was set up
- * @prepared: messages that the controller has been shown before they are sent, and not released yet
- * @fault: what is to go wrong; written at any time
- * @fault_count: how often it has
+ * @setup_hz: clock of the device when it was set up
+ * @prepared: messages that the controller has prepared, and not unprepared yet
+ * @fault: faults to inject; written at any time
+ * @fault_count: number of times that each has occurred
  * @debugfs: its directory
- * @nodes: what is behind its files of text
- * @node_count: how many these are
- * @lock: protects all that follows, and @uart except where it says otherwise
- * @gone: going away: no work is queued any more
- * @realtime: transfers take their time
+ * @nodes: data of its text files
+ * @node_count: number of text files
+ * @lock: protects all following members, and @uart except where documented otherwise
+ * @gone: being removed: no work is queued any more
+ * @realtime: transfers take as long as on a wire
  * @head: the receiver
- * @record: what it has kept
+ * @record: the record of received scans
  * @bus: the wire
- * @telemetry: what it reports
- * @uart: where it reports it
+ * @telemetry: the values that it reports
+ * @uart: the UART that it reports them to
  * @random: for faults
  * @frames: of SPI since the last one with a wrong bit
  * @message: of SPI since the last one that failed
@@ -300,7 +300,7 @@ struct xy3_sim {
 	struct delayed_work work;
 };
 
-/* Whether a fault that is counted down happens now */
+/* Whether a fault that is counted down occurs now */
 static inline bool xy3_sim_fault(struct xy3_sim *sim, enum xy3_sim_fault fault)
 {
 	if (atomic_dec_if_positive(&sim->fault[fault]) < 0)
@@ -309,7 +309,7 @@ static inline bool xy3_sim_fault(struct xy3_sim *sim, enum xy3_sim_fault fault)
 	return true;
 }
 
-/* What a fault is set to, 0 for off */
+/* The setting of a fault, 0 for off */
 static inline unsigned int xy3_sim_fault_value(struct xy3_sim *sim, enum xy3_sim_fault fault)
 {
 	int value = atomic_read(&sim->fault[fault]);
@@ -323,7 +323,7 @@ static inline unsigned int xy3_sim_random(struct xy3_sim *sim, unsigned int belo
 	return prandom_u32_state(&sim->random) % below;
 }
 
-/* Firmware may describe more lanes than the controller has lines: then it has none */
+/* If firmware describes more lanes than the controller has lines, there are none */
 static inline bool xy3_sim_has_lanes(const struct xy3_sim *sim)
 {
 	return sim->config.lanes && sim->config.lanes <= sim->config.lines;
