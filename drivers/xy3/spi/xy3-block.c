@@ -2,10 +2,9 @@
 /*
  * XY3-100 forward channel: blocks of scans as SPI messages
  *
- * Where SYNC is the chip select each scan is a transfer, else a block is one. A controller may
- * sleep when it is shown a message, and is given messages in atomic context: so each one is
- * prepared before, as the block is filled. It stays prepared as long as blocks of that size are
- * sent.
+ * If SYNC is the chip select, each scan is a transfer, otherwise each block. A controller may sleep
+ * when it prepares a message, and gets messages in atomic context: so each one is prepared before,
+ * when the block is filled. It stays prepared as long as blocks of this size are sent.
  */
 
 #include <linux/math.h>
@@ -18,7 +17,7 @@
 
 /* ---- sizes ---- */
 
-/* Bytes of a scan of the longest frames: blocks are good for both */
+/* Bytes of a scan of the longest frames: blocks can hold both sizes */
 static size_t xy3_scan_room(const struct xy3_stream *stream)
 {
 	return XY3_SCAN_ROOM(stream->map.lines);
@@ -28,23 +27,23 @@ static size_t xy3_scan_room(const struct xy3_stream *stream)
  * xy3_scan_clocks() - clocks from the start of one frame to the start of the next
  * @stream: the stream
  *
- * Return: as far as they are ours; a controller may have more to do for a chip select.
+ * Return: the number without clocks that a controller may add for a chip select.
  */
 unsigned int xy3_scan_clocks(const struct xy3_stream *stream)
 {
 	return stream->map.frame_bits + (stream->map.sync_line < 0 ? 0 : XY3_GAP_CLOCKS);
 }
 
-/* SYNC is the chip select, and a transfer of its own for each frame moves it */
+/* SYNC is the chip select, and a separate transfer for each frame toggles it */
 static bool xy3_transfer_is_scan(const struct xy3_stream *stream)
 {
 	return stream->map.sync_line < 0 && !(stream->spi->mode & SPI_CS_WORD);
 }
 
 /**
- * xy3_scans_max() - scans that the controller takes in one message
+ * xy3_scans_max() - scans that the controller supports in one message
  * @stream: the stream
- * @wished: no more than that
+ * @wished: upper limit
  *
  * Return: at least 1.
  */
@@ -62,7 +61,7 @@ unsigned int xy3_scans_max(const struct xy3_stream *stream, unsigned int wished)
  * @stream: the stream
  * @us: the time, in microseconds
  *
- * Return: whole ones.
+ * Return: the number of complete scans.
  */
 unsigned int xy3_scans_in(const struct xy3_stream *stream, unsigned int us)
 {
@@ -83,8 +82,8 @@ static unsigned int xy3_lane_mode(const struct xy3_line_map *map)
 }
 
 /*
- * Transfers of the scans that are in the block: one for all of them, with a gap in front where SYNC
- * is a line; or one for each
+ * Transfers of the scans in the block: one for all of them, preceded by a gap if SYNC is a line; or
+ * one for each
  */
 static void xy3_block_message(struct xy3_block *block)
 {
@@ -103,14 +102,14 @@ static void xy3_block_message(struct xy3_block *block)
 			.speed_hz = stream->rate * xy3_scan_clocks(stream),
 			.bits_per_word = stream->map.words ? stream->map.frame_bits : 8,
 			.cs_change = i + 1 < count,
-			/* 0 microseconds would mean 10 to the SPI core, 0 nanoseconds are none */
+			/* in the SPI core 0 microseconds mean 10, 0 nanoseconds mean none */
 			.cs_change_delay.unit = SPI_DELAY_UNIT_NSECS,
 		};
 	spi_message_init_with_transfers(&block->message, block->transfers, count);
 }
 
 /**
- * xy3_block_unprepare() - the block's message is not going to be sent again
+ * xy3_block_unprepare() - unprepare the message of a block
  * @block: the block, prepared or not; the controller does not have it
  *
  * May sleep.
@@ -123,9 +122,9 @@ void xy3_block_unprepare(struct xy3_block *block)
 }
 
 /**
- * xy3_block_prepare() - show the controller the message for what is in a block
- * @block: the block, with one scan at least in it; rate and line map of the stream stand. Bytes may
- *	   change later, but not how many scans it has.
+ * xy3_block_prepare() - prepare the message for the content of a block
+ * @block: the block, with at least one scan; rate and line map of the stream are final. Bytes may
+ *	   change later, but not the number of scans.
  *
  * May sleep.
  *
@@ -148,7 +147,7 @@ int xy3_block_prepare(struct xy3_block *block)
 /**
  * xy3_block_send() - give a block to the controller
  * @block: the block, prepared
- * @done: is called when it has been sent, or not; in any context
+ * @done: called after it was sent or has failed, in any context
  *
  * In any context.
  *
@@ -169,16 +168,16 @@ int xy3_block_send(struct xy3_block *block, void (*done)(void *context))
  */
 int xy3_block_send_now(struct xy3_block *block)
 {
-	/* spi_sync() would call what xy3_block_send() has left there */
+	/* spi_sync() would call the function set by xy3_block_send() */
 	block->message.complete = NULL;
 	return spi_sync(block->stream->spi, &block->message);
 }
 
 /**
- * xy3_block_status() - what became of a block
- * @block: the block, back from the controller
+ * xy3_block_status() - result of sending a block
+ * @block: the block, returned by the controller
  *
- * Return: 0 or why it was not sent.
+ * Return: 0 or the error if it was not sent.
  */
 int xy3_block_status(const struct xy3_block *block)
 {
@@ -188,7 +187,7 @@ int xy3_block_status(const struct xy3_block *block)
 /* ---- blocks ---- */
 
 /**
- * xy3_block_free() - let a block go
+ * xy3_block_free() - free a block
  * @block: the block, or NULL; the controller does not have it
  */
 void xy3_block_free(struct xy3_block *block)
@@ -202,11 +201,11 @@ void xy3_block_free(struct xy3_block *block)
 }
 
 /**
- * xy3_block_new() - make a block
- * @stream: whose it will be
- * @scans: scans that it has room for
+ * xy3_block_new() - allocate a block
+ * @stream: the stream
+ * @scans: maximum number of scans
  *
- * Return: the block, empty and not prepared; NULL without memory.
+ * Return: the block, empty and not prepared; NULL if out of memory.
  */
 struct xy3_block *xy3_block_new(struct xy3_stream *stream, unsigned int scans)
 {
@@ -230,7 +229,7 @@ struct xy3_block *xy3_block_new(struct xy3_stream *stream, unsigned int scans)
 }
 
 /**
- * xy3_blocks_free() - let blocks go
+ * xy3_blocks_free() - free blocks
  * @list: the blocks; the controller has none of them
  */
 void xy3_blocks_free(struct list_head *list)
@@ -244,13 +243,13 @@ void xy3_blocks_free(struct list_head *list)
 }
 
 /**
- * xy3_blocks_new() - make blocks
- * @stream: whose they will be
- * @list: where they are put; empty
- * @count: how many
- * @scans: scans that each has room for
+ * xy3_blocks_new() - allocate blocks
+ * @stream: the stream
+ * @list: empty list, to which they are added
+ * @count: number of blocks
+ * @scans: maximum number of scans of each
  *
- * Return: 0 or -ENOMEM, and then there is none.
+ * Return: 0, or -ENOMEM without any block.
  */
 int xy3_blocks_new(struct xy3_stream *stream, struct list_head *list, unsigned int count,
 		   unsigned int scans)
@@ -269,9 +268,9 @@ int xy3_blocks_new(struct xy3_stream *stream, struct list_head *list, unsigned i
 }
 
 /**
- * xy3_blocks_prepare() - show the controller the messages of blocks
- * @list: the blocks; rate and line map of the stream stand
- * @scans: scans that are going to be in each of them
+ * xy3_blocks_prepare() - prepare the messages of blocks
+ * @list: the blocks; rate and line map of the stream are final
+ * @scans: number of scans that each of them will have
  *
  * Return: 0 or the controller's error; then some may be prepared.
  */
@@ -290,7 +289,7 @@ int xy3_blocks_prepare(struct list_head *list, unsigned int scans)
 }
 
 /**
- * xy3_blocks_unprepare() - the messages of blocks are not going to be sent again
+ * xy3_blocks_unprepare() - unprepare the messages of blocks
  * @list: the blocks, prepared or not; the controller has none of them
  */
 void xy3_blocks_unprepare(struct list_head *list)

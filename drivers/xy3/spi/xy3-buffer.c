@@ -2,8 +2,8 @@
 /*
  * XY3-100 forward channel: the IIO output buffer
  *
- * A write is encoded at once, by the writer, into the blocks that the controller will be given.
- * Nothing is left to do when a message is done but to hand over the next one.
+ * The writer encodes its data immediately, in the blocks for the controller. When a message is
+ * done, the next one only has to be queued.
  */
 
 #include <linux/err.h>
@@ -18,7 +18,7 @@ static struct xy3_iio *xy3_from_buffer(struct iio_buffer *buffer)
 	return container_of(buffer, struct xy3_iio, buffer);
 }
 
-/* The code itself, or the edge of the field that is nearest to it: below 0, or over the highest */
+/* The code, clamped to the nearest edge of the field if it is below 0 or above the maximum */
 static u32 xy3_clamp_code(u32 code, u32 max)
 {
 	if (code <= max)
@@ -27,8 +27,8 @@ static u32 xy3_clamp_code(u32 code, u32 max)
 }
 
 /*
- * Lay the channels that were written over the positions of those that are not in the buffer, which
- * are the same from the start of a stream to its end. @position becomes the last scan.
+ * Merge the written channels with the positions of those that are not in the buffer, which do not
+ * change during a stream. @position becomes the last scan.
  */
 static void xy3_spread_channels(struct xy3_iio *iio, const __le32 *in, size_t scans,
 				u32 *position)
@@ -58,7 +58,7 @@ static void xy3_spread_channels(struct xy3_iio *iio, const __le32 *in, size_t sc
 		xy3_stream_count_clamped(&iio->stream, clamped);
 }
 
-/* Fill one block, or what is left of it. Return the scans taken; 0 when @wanted have no room. */
+/* Fill one block, or the rest of it. Return the number of scans; 0 if @wanted have no room. */
 static ssize_t xy3_fill_block(struct xy3_iio *iio, const __le32 *in, size_t scans, size_t wanted)
 {
 	struct xy3_stream *stream = &iio->stream;
@@ -78,14 +78,14 @@ static ssize_t xy3_fill_block(struct xy3_iio *iio, const __le32 *in, size_t scan
 	return scans;
 }
 
-/* The next scans of a write, out of all that are @wanted. Return the bytes taken. */
+/* The next scans of a write, of the number @wanted. Return the bytes consumed. */
 static ssize_t xy3_write_piece(struct xy3_iio *iio, size_t each, size_t wanted,
 			       const char __user *data)
 {
 	size_t scans = min_t(size_t, wanted, XY3_BLOCK_SCANS_MAX), done = 0;
 	ssize_t part;
 
-	/* a page may be long in coming, and the end of a stream must not wait for it: no lock */
+	/* no lock: a page fault may take long, and the end of a stream must not wait for it */
 	if (copy_from_user(iio->input, data, scans * each))
 		return -EFAULT;
 	guard(mutex)(&iio->lock);
@@ -100,8 +100,9 @@ static ssize_t xy3_write_piece(struct xy3_iio *iio, size_t each, size_t wanted,
 }
 
 /*
- * The IIO core forgets what was taken when a signal comes before the rest of a write, and the
- * program would write it once more: so a write that can be taken whole is, or not at all.
+ * If a signal interrupts a write, the IIO core does not return the number of bytes already written,
+ * and the program would write them again: so a write is accepted completely or not at all, if
+ * possible.
  */
 static int xy3_write_all(struct xy3_iio *iio, size_t size, const char __user *data)
 {
@@ -116,13 +117,13 @@ static int xy3_write_all(struct xy3_iio *iio, size_t size, const char __user *da
 		each = buffer->bytes_per_datum;
 		if (!each || !size || size % each)
 			part = -EINVAL;
-		/* the IIO core calls again with the rest; others write in between */
+		/* the IIO core calls again with the rest; other writers can write in between */
 		size = min(size, xy3_stream_write_max(&iio->stream) * each);
 		xy3_stream_begin_write(&iio->stream);
 	}
 	while (part >= 0 && done < size) {
 		part = xy3_write_piece(iio, each, (size - done) / each, data + done);
-		/* aborted: all of it was taken, and dropped */
+		/* aborted: all of it was accepted, and dropped */
 		if (part == -ECANCELED)
 			part = all - done;
 		if (part <= 0)
@@ -139,7 +140,7 @@ static int xy3_buffer_write(struct iio_buffer *buffer, size_t size, const char _
 {
 	int done;
 
-	/* a file of the buffer alone does not hold the module, and a page may be long in coming */
+	/* a file of the buffer alone does not hold the module, and a page fault may take long */
 	if (!try_module_get(THIS_MODULE))
 		return -ENODEV;
 	done = xy3_write_all(xy3_from_buffer(buffer), size, data);
@@ -152,7 +153,7 @@ static size_t xy3_buffer_space(struct iio_buffer *buffer)
 	return xy3_stream_room(&xy3_from_buffer(buffer)->stream);
 }
 
-/* The IIO core asks for the sake of an attribute, and does not look whether there is an answer */
+/* The IIO core calls this for an attribute, without a check for NULL */
 static size_t xy3_buffer_data(struct iio_buffer *buffer)
 {
 	return xy3_stream_waiting(&xy3_from_buffer(buffer)->stream);
@@ -192,9 +193,9 @@ static const struct iio_buffer_access_funcs xy3_buffer_access = {
  * xy3_buffer_init() - prepare the buffer of an IIO device
  * @iio: the IIO device
  *
- * The buffer is a part of the IIO device and goes with it: its first reference is never put, and it
- * has no release(). A file of the buffer may be closed when this module has gone. The IIO core
- * looks at the functions until then, so these are a part of the IIO device, too.
+ * The buffer is a part of the IIO device and is freed with it: its first reference is never put,
+ * and it has no release(). A file of the buffer may be closed after this module was unloaded. The
+ * IIO core reads the functions until then, so these are a part of the IIO device, too.
  */
 void xy3_buffer_init(struct xy3_iio *iio)
 {

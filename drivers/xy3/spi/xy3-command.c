@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * XY3-100 forward channel: commands, which go between two blocks
+ * XY3-100 forward channel: commands, which are sent between two blocks
  */
 
 #include <linux/completion.h>
@@ -29,10 +29,10 @@ static void xy3_command_end(struct xy3_stream *stream, struct xy3_command *comma
 /* ---- the block ---- */
 
 /**
- * xy3_commands_new_block() - make a block that carries commands, in place of the one there is
+ * xy3_commands_new_block() - replace the block for commands
  * @stream: the stream; commands are held, or there are none yet
  *
- * Return: 0, -ENOMEM or the controller's error, and then the old one stays.
+ * Return: 0, -ENOMEM or the controller's error; on error the old one is kept.
  */
 int xy3_commands_new_block(struct xy3_stream *stream)
 {
@@ -59,10 +59,10 @@ static bool xy3_command_busy(struct xy3_stream *stream)
 }
 
 /**
- * xy3_commands_hold() - send no command until xy3_commands_release(); they are still taken
+ * xy3_commands_hold() - send no command until xy3_commands_release(); they are still queued
  * @stream: the stream
  *
- * On return none is on its way.
+ * On return none is being sent.
  */
 void xy3_commands_hold(struct xy3_stream *stream)
 {
@@ -72,7 +72,7 @@ void xy3_commands_hold(struct xy3_stream *stream)
 }
 
 /**
- * xy3_commands_release() - send commands again, behind xy3_commands_hold()
+ * xy3_commands_release() - send commands again, after xy3_commands_hold()
  * @stream: the stream
  */
 void xy3_commands_release(struct xy3_stream *stream)
@@ -85,10 +85,10 @@ void xy3_commands_release(struct xy3_stream *stream)
 /* ---- for the stream ---- */
 
 /**
- * xy3_next_command() - take the next command that waits
+ * xy3_next_command() - get the next pending command
  * @stream: the stream
  *
- * Return: the block that carries it; NULL without a command, or while none can be sent.
+ * Return: the block with the command; NULL without a command, or while none can be sent.
  */
 struct xy3_block *xy3_next_command(struct xy3_stream *stream)
 {
@@ -110,9 +110,9 @@ struct xy3_block *xy3_next_command(struct xy3_stream *stream)
 }
 
 /**
- * xy3_command_done() - the command that was on its way has been sent, or not
+ * xy3_command_done() - complete the command that was being sent
  * @stream: the stream
- * @err: 0, or why not
+ * @err: 0, or the error if it was not sent
  */
 void xy3_command_done(struct xy3_stream *stream, int err)
 {
@@ -125,9 +125,9 @@ void xy3_command_done(struct xy3_stream *stream, int err)
 }
 
 /**
- * xy3_commands_fail() - those that wait are not sent any more
+ * xy3_commands_fail() - drop all pending commands
  * @stream: the stream
- * @err: why
+ * @err: the reason
  */
 void xy3_commands_fail(struct xy3_stream *stream, int err)
 {
@@ -151,8 +151,8 @@ void xy3_commands_fail(struct xy3_stream *stream, int err)
  *
  * In any context.
  *
- * Return: 0; -EAGAIN when there is no room for it; or the controller's error, and then it and
- * those that were not sent yet never are.
+ * Return: 0; -EAGAIN if there is no room for it; or the controller's error, after which this and
+ * all pending commands are not sent.
  */
 int xy3_stream_command(struct xy3_stream *stream, u32 code)
 {
@@ -182,12 +182,12 @@ int xy3_stream_command(struct xy3_stream *stream, u32 code)
 }
 
 /**
- * xy3_stream_command_room() - how many commands there is room for
+ * xy3_stream_command_room() - number of commands that can be queued
  * @stream: the stream
  *
  * In any context.
  *
- * Return: the number; also a large one when a command would be an error.
+ * Return: the number; a large one if a command would fail.
  */
 unsigned int xy3_stream_command_room(struct xy3_stream *stream)
 {
@@ -196,12 +196,12 @@ unsigned int xy3_stream_command_room(struct xy3_stream *stream)
 }
 
 /**
- * xy3_stream_drain() - wait until all commands that were taken so far have been sent
+ * xy3_stream_drain() - wait until all queued commands have been sent
  * @stream: the stream
  *
  * For one caller at a time.
  *
- * Return: 0, or the controller's error when the last of them was not.
+ * Return: 0, or the controller's error if the last of them was not sent.
  */
 int xy3_stream_drain(struct xy3_stream *stream)
 {

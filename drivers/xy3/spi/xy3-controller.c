@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * XY3-100 forward channel: what the SPI controller has to do, and whether it can
+ * XY3-100 forward channel: requirements for the SPI controller
  *
- * The head takes data at the falling edge of CLK, on as many lines at once as there are axes. What
- * a controller states about its modes is looked at here, and nowhere else.
+ * The head samples data at the falling edge of CLK, on one line for each axis at the same time. The
+ * modes of controllers are only checked here.
  */
 
 #include <linux/bits.h>
@@ -13,19 +13,19 @@
 
 #include "xy3-spi.h"
 
-/* Bits of a device's mode that give the number of its data lines */
+/* Bits of the mode of a device for the number of its data lines */
 #define XY3_SPI_TX_LINES	(SPI_TX_DUAL | SPI_TX_QUAD | SPI_TX_OCTAL)
 
-/* What firmware may add to the mode; all else, such as the order of bits, is fixed by the head */
+/* Mode bits that firmware may set; others, such as the order of bits, are fixed by the head */
 #define XY3_SPI_MODE_KEPT	(XY3_SPI_TX_LINES | SPI_CS_HIGH | SPI_NO_CS)
 
 /**
- * enum xy3_defect - what a controller's driver promises and does not do
- * @XY3_DEFECT_CPHA: takes SPI mode 1, and does mode 0
- * @XY3_DEFECT_LINES: takes several data lines, and sends plain transfers on one
- * @XY3_DEFECT_CLOCK: does not look at the clock of a transfer
- * @XY3_DEFECT_LANES: chooses the lanes of plain transfers by a variable that it has not
- *		      initialised, and counts their words by the lanes for reading
+ * enum xy3_defect - features that a controller driver accepts, but does not support
+ * @XY3_DEFECT_CPHA: accepts SPI mode 1, but uses mode 0
+ * @XY3_DEFECT_LINES: accepts several data lines, but sends plain transfers on one
+ * @XY3_DEFECT_CLOCK: ignores the clock of a transfer
+ * @XY3_DEFECT_LANES: selects the lanes of plain transfers by an uninitialised variable, and
+ *		      counts their words by the lanes for reading
  */
 enum xy3_defect {
 	XY3_DEFECT_CPHA = BIT(0),
@@ -35,8 +35,8 @@ enum xy3_defect {
 };
 
 /*
- * Drivers by name, as the SPI core has no flag for it: drivers/spi/ of 6.12 and 7.3 were read. In
- * some a later kernel or another chip does better, so that this is a warning only.
+ * Drivers by name, as the SPI core has no flag for it, from drivers/spi/ of 6.12 and 7.3. Some work
+ * with a later kernel or another chip, so that this is only a warning.
  */
 static const struct {
 	const char *driver;
@@ -51,9 +51,9 @@ static const struct {
 	{ "spi-engine", XY3_DEFECT_LANES },		/* spi-axi-spi-engine.c, 7.3 */
 	{ "spi-pci1xxxx", XY3_DEFECT_LINES },
 	{ "sprd-spi", XY3_DEFECT_LINES },
-	{ "stm32-ospi", XY3_DEFECT_CLOCK },		/* the device's, as the next one */
+	{ "stm32-ospi", XY3_DEFECT_CLOCK },		/* clock of the device, as below */
 	{ "stm32-qspi", XY3_DEFECT_CLOCK },
-	{ "xilinx_spi", XY3_DEFECT_CLOCK },		/* that of the FPGA's design */
+	{ "xilinx_spi", XY3_DEFECT_CLOCK },		/* clock of the FPGA design */
 };
 
 static unsigned int xy3_defects_of(const struct spi_controller *controller)
@@ -101,9 +101,9 @@ static bool xy3_can_words(struct spi_device *spi)
 }
 
 /*
- * The SPI core drops what the controller cannot do without a word, and has done so before this
- * driver saw the device: how many lines were meant is known from the property alone. From 7.2 on
- * it may be an array, with a width for each lane: a line that has a shift register of its own.
+ * The SPI core silently drops unsupported mode bits before this driver is probed: only the property
+ * has the number of lines. Since 7.2 it may be an array, with a width for each lane: a line with a
+ * separate shift register.
  */
 static int xy3_lines_wanted(struct spi_device *spi, u32 *lines, bool *lanes)
 {
@@ -120,7 +120,7 @@ static int xy3_lines_wanted(struct spi_device *spi, u32 *lines, bool *lanes)
 	if (cells > min(SPI_DEVICE_DATA_LANE_CNT_MAX, XY3_LINES_MAX))
 		return dev_err_probe(&spi->dev, -EINVAL,
 				     "spi-tx-bus-width: this kernel has no %d lanes\n", cells);
-	/* it does so for devicetrees only, and compares their number with the controller's there */
+	/* it only parses lanes in devicetrees, and checks their number there */
 	if (spi->num_tx_lanes != cells)
 		return dev_err_probe(&spi->dev, -EINVAL,
 				     "spi-tx-bus-width: the SPI core has not set up %d lanes\n",
@@ -138,8 +138,8 @@ static int xy3_lines_wanted(struct spi_device *spi, u32 *lines, bool *lanes)
 }
 
 /*
- * Data are valid at the falling edge of CLK. With the pair of CLK crossed that is the rising edge
- * of the controller's clock: mode 3, or 0 for controllers that have no clock phase.
+ * Data are valid at the falling edge of CLK. With the pair of CLK crossed this is the rising edge
+ * of the clock of the controller: mode 3, or 0 for controllers without a clock phase.
  */
 static u32 xy3_clock_mode(const struct spi_device *spi, bool inverted)
 {
@@ -150,24 +150,24 @@ static u32 xy3_clock_mode(const struct spi_device *spi, bool inverted)
 	return (spi->controller->mode_bits & both) == both ? SPI_MODE_3 : SPI_MODE_0;
 }
 
-/* A word is a frame, and the controller moves SYNC by itself */
+/* A word is a frame, and the controller toggles SYNC */
 static bool xy3_can_cs_word(struct spi_device *spi)
 {
-	/* with a GPIO as chip select the SPI core would cut every message up, a transfer a word */
+	/* with a GPIO as chip select the SPI core would send each word as a transfer */
 	return spi->controller->mode_bits & SPI_CS_WORD && !spi_get_csgpiod(spi, 0) &&
 	       xy3_can_words(spi);
 }
 
 /**
- * xy3_controller_setup() - set a device's controller up for a head
+ * xy3_controller_setup() - set up the controller of a device for a head
  * @spi: the device; its mode is changed
- * @lines: number of data lines that it has
- * @words: it is given scans as words
+ * @lines: returns the number of its data lines
+ * @words: returns whether it gets scans as words
  *
- * What cannot be done is an error with a sentence in the log.
+ * If a requirement is not met, a message is logged.
  *
- * Return: 0; -EOPNOTSUPP when the controller has no plain transfers; -EINVAL when it lacks lines,
- * the clock's edge or the length of a transfer.
+ * Return: 0; -EOPNOTSUPP if the controller has no plain transfers; -EINVAL if it does not support
+ * the lines, the edge of the clock or the length of a transfer.
  */
 int xy3_controller_setup(struct spi_device *spi, unsigned int *lines, bool *words)
 {
@@ -189,7 +189,7 @@ int xy3_controller_setup(struct spi_device *spi, unsigned int *lines, bool *word
 	if (wanted == 1 && xy3_can_cs_word(spi))
 		spi->mode |= SPI_CS_WORD;
 	spi->bits_per_word = 8;
-	/* other work must not keep the next block from the controller */
+	/* other work must not delay the next block to the controller */
 	spi->rt = true;
 	err = spi_setup(spi);
 	if (err)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * XY3-100 forward channel: counters, which are in debugfs, and the rate as it is measured
+ * XY3-100 forward channel: counters, which are in debugfs, and the achieved rate
  */
 
 #include <linux/debugfs.h>
@@ -11,14 +11,14 @@
 
 #include "xy3-spi.h"
 
-/* the achieved rate is a mean over this time */
+/* the achieved rate is the mean of this time */
 #define XY3_MEASURE_NS		(NSEC_PER_SEC / 2)
 
-/* User space is notified of underruns no more often than that */
+/* Minimum interval of notifying user space of underruns */
 #define XY3_NOTIFY_MS		100
 
 /**
- * xy3_underrun_begins() - count an underrun, and notify user space of it
+ * xy3_underrun_begins() - count an underrun, and notify user space
  * @stream: the stream
  */
 void xy3_underrun_begins(struct xy3_stream *stream)
@@ -35,7 +35,7 @@ void xy3_underrun_begins(struct xy3_stream *stream)
 /**
  * xy3_measure() - measure the rate
  * @stream: the stream
- * @scans: that have just been sent
+ * @scans: number of scans that have just been sent
  */
 void xy3_measure(struct xy3_stream *stream, unsigned int scans)
 {
@@ -54,7 +54,7 @@ void xy3_measure(struct xy3_stream *stream, unsigned int scans)
 /**
  * xy3_stream_stat() - read a counter
  * @stream: the stream
- * @stat: which one
+ * @stat: the counter
  *
  * Return: its value.
  */
@@ -65,7 +65,7 @@ u64 xy3_stream_stat(struct xy3_stream *stream, enum xy3_stream_stat stat)
 }
 
 /**
- * xy3_stream_notified() - user space is being notified of underruns
+ * xy3_stream_notified() - user space is notified of underruns now
  * @stream: the stream
  */
 void xy3_stream_notified(struct xy3_stream *stream)
@@ -75,9 +75,9 @@ void xy3_stream_notified(struct xy3_stream *stream)
 }
 
 /**
- * xy3_stream_count_clamped() - codes were out of the field
+ * xy3_stream_count_clamped() - count codes that were out of the field
  * @stream: the stream
- * @count: how many
+ * @count: number of codes
  */
 void xy3_stream_count_clamped(struct xy3_stream *stream, u64 count)
 {
@@ -86,10 +86,10 @@ void xy3_stream_count_clamped(struct xy3_stream *stream, u64 count)
 }
 
 /**
- * xy3_stream_achieved() - the rate as it was measured
+ * xy3_stream_achieved() - the achieved rate
  * @stream: the stream
  *
- * Return: frames per second in the last half second; 0 when no stream runs, or it stands still.
+ * Return: frames per second in the last half second; 0 if no stream runs, or none were sent.
  */
 unsigned int xy3_stream_achieved(struct xy3_stream *stream)
 {
@@ -119,7 +119,7 @@ XY3_COUNTER(bus_errors, XY3_ERRORS);
 XY3_COUNTER(clamped_codes, XY3_CLAMPED);
 
 /**
- * xy3_stream_show_counters() - make the files of a stream's counters
+ * xy3_stream_show_counters() - create the files of the counters of a stream
  * @stream: the stream
  */
 void xy3_stream_show_counters(struct xy3_stream *stream)
@@ -135,7 +135,7 @@ void xy3_stream_show_counters(struct xy3_stream *stream)
 }
 
 /**
- * xy3_stream_hide_counters() - remove the files of a stream's counters
+ * xy3_stream_hide_counters() - remove the files of the counters of a stream
  * @stream: the stream
  */
 void xy3_stream_hide_counters(struct xy3_stream *stream)
@@ -144,7 +144,7 @@ void xy3_stream_hide_counters(struct xy3_stream *stream)
 }
 
 /**
- * xy3_debugfs_init() - make the driver's directory in debugfs
+ * xy3_debugfs_init() - create the directory of the driver in debugfs
  */
 void xy3_debugfs_init(void)
 {
@@ -152,7 +152,7 @@ void xy3_debugfs_init(void)
 }
 
 /**
- * xy3_debugfs_exit() - remove the driver's directory in debugfs
+ * xy3_debugfs_exit() - remove the directory of the driver in debugfs
  */
 void xy3_debugfs_exit(void)
 {

@@ -42,7 +42,7 @@ static int xy3_read_raw(struct iio_dev *indio_dev, struct iio_chan_spec const *c
 		xy3_stream_position(stream, position);
 		*value = position[channel->scan_index];
 		return IIO_VAL_INT;
-	/* the field's angle is not known: 0 is its middle, 1 a step of the codes of short frames */
+	/* the field's angle is unknown: 0 is its middle, 1 a step of the codes of short frames */
 	case IIO_CHAN_INFO_OFFSET:
 		*value = -(1 << (bits - 1));
 		return IIO_VAL_INT;
@@ -93,7 +93,7 @@ static int xy3_write_raw(struct iio_dev *indio_dev, struct iio_chan_spec const *
 	struct xy3_iio *iio = iio_priv(indio_dev);
 	int err = -EINVAL;
 
-	/* a stream that runs decides alone what is sent */
+	/* while a stream runs, only its scans are sent */
 	if (!iio_device_claim_direct(indio_dev))
 		return -EBUSY;
 	scoped_guard(mutex, &iio->lock) {
@@ -119,7 +119,7 @@ static int xy3_read_label(struct iio_dev *indio_dev, struct iio_chan_spec const 
 			  xy3_letters[channel->address] : XY3_GATE_LABEL);
 }
 
-/* ---- settings, and what users look at ---- */
+/* ---- settings and status ---- */
 
 #define XY3_CODE_BITS_MORE	(XY3_CODE32_BITS - XY3_CODE24_BITS)
 
@@ -140,7 +140,7 @@ static ssize_t frame_bits_show(struct device *dev, struct device_attribute *attr
 	return sysfs_emit(buf, "%u\n", bits);
 }
 
-/* Positions stay where they are: six bits more, or six less */
+/* Positions do not change: six bits more, or six less */
 static int xy3_change_bits(struct xy3_iio *iio, unsigned int bits)
 {
 	unsigned int was = iio->stream.map.frame_bits;
@@ -183,7 +183,7 @@ static ssize_t frame_bits_store(struct device *dev, struct device_attribute *att
 }
 static DEVICE_ATTR_RW(frame_bits);
 
-/* Takes no lock that a writer, or a waiter for the stream's end, may hold for long */
+/* Takes no lock that a writer, or a waiter for the end of the stream, may hold for long */
 static ssize_t abort_store(struct device *dev, struct device_attribute *attr, const char *buf,
 			   size_t count)
 {
@@ -236,7 +236,7 @@ static const struct iio_info xy3_iio_info = {
 	.attrs = &xy3_iio_group,
 };
 
-/* ---- the buffer's stream ---- */
+/* ---- the stream of the buffer ---- */
 
 static int xy3_postenable(struct iio_dev *indio_dev)
 {
@@ -247,7 +247,7 @@ static int xy3_predisable(struct iio_dev *indio_dev)
 {
 	struct xy3_iio *iio = iio_priv(indio_dev);
 
-	/* a piece of a write that is going on may finish */
+	/* a part of a write in progress may complete */
 	guard(mutex)(&iio->lock);
 	xy3_stream_stop(&iio->stream);
 	return 0;
@@ -294,7 +294,7 @@ static void xy3_make_channels(struct xy3_iio *iio)
 			},
 		};
 	xy3_set_bits(iio, iio->stream.map.frame_bits);
-	/* no raw value: whatever is not a stream leaves the gate low */
+	/* no raw value: the gate is low outside of streams */
 	iio->channels[axes] = (struct iio_chan_spec) {
 		.type = IIO_VOLTAGE,
 		.output = 1,
@@ -312,11 +312,11 @@ static void xy3_make_channels(struct xy3_iio *iio)
 }
 
 /**
- * xy3_iio_register() - make the IIO device
+ * xy3_iio_register() - create the IIO device
  * @spi: the SPI device
- * @map: which line carries what
- * @kept: rate, positions and counters to begin with; @map has the size of frames
- * @forward: the forward channel that its commands come by
+ * @map: the signals of the lines
+ * @kept: initial rate, positions and counters; @map has the size of frames
+ * @forward: the forward channel, by which it gets commands
  *
  * Return: the IIO device or an error.
  */
@@ -372,10 +372,10 @@ no_stream:
 }
 
 /**
- * xy3_iio_retire() - take no stream, position or setting any more, before xy3_iio_unregister()
+ * xy3_iio_retire() - refuse streams, positions and settings, before xy3_iio_unregister()
  * @indio_dev: the IIO device
  *
- * Return: false when a stream runs, and then nothing has changed.
+ * Return: false if a stream runs; then nothing has changed.
  */
 bool xy3_iio_retire(struct iio_dev *indio_dev)
 {
@@ -398,11 +398,11 @@ static void xy3_keep(const struct xy3_stream *stream, struct xy3_kept *kept)
 }
 
 /**
- * xy3_iio_unregister() - take the IIO device away
+ * xy3_iio_unregister() - remove the IIO device
  * @indio_dev: the IIO device
- * @kept: what it leaves
+ * @kept: its state, for the next one
  *
- * Of a stream that runs the controller sends what it has, the rest is dropped.
+ * If a stream runs, the controller sends the blocks that it has, the rest is dropped.
  */
 void xy3_iio_unregister(struct iio_dev *indio_dev, struct xy3_kept *kept)
 {

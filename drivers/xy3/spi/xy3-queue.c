@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * XY3-100 forward channel: blocks of frames on their way to the controller
+ * XY3-100 forward channel: the queue of blocks of frames to the controller
  *
- * The controller is given up to XY3_BLOCKS_QUEUED blocks at a time, so that it has the next one
- * when one is done. Commands go between two blocks. While a stream runs and its writer is late,
+ * The controller gets up to XY3_BLOCKS_QUEUED blocks at a time, so that it has the next one when
+ * one is done. Commands are sent between two blocks. While a stream runs and its writer is late,
  * blocks that repeat the last position keep the bus busy.
  *
- * All is set in motion when something is written and when a message is done.
+ * Blocks are queued when something is written and when a message is done.
  */
 
 #include <linux/list.h>
@@ -14,10 +14,10 @@
 
 #include "xy3-spi.h"
 
-/* Repeating begins while the controller still has a block: with the next one it has this many */
+/* Repeating starts while the controller still has a block: with the next one it has this number */
 #define XY3_BLOCKS_LOW		2
 
-/* It is one of the writer's, not one of those that repeat, carry a command or end a stream */
+/* It was written, and does not repeat a position, carry a command or end a stream */
 static bool xy3_is_written(const struct xy3_block *block)
 {
 	return !block->repeats && block != xy3_queue(block->stream)->commands.block;
@@ -28,7 +28,7 @@ static u8 *xy3_last_scan(struct xy3_block *block)
 	return block->data + (block->scans - 1) * block->stream->map.scan_size;
 }
 
-/* What was written: whole blocks first, then one that the writer has only begun */
+/* Written blocks: full ones first, then one that the writer has only started to fill */
 static struct xy3_block *xy3_next_written(struct xy3_stream *stream)
 {
 	struct xy3_queue *queue = xy3_queue(stream);
@@ -41,13 +41,13 @@ static struct xy3_block *xy3_next_written(struct xy3_stream *stream)
 		block = queue->filling;
 		queue->filling = NULL;
 	}
-	/* nothing may follow for some time */
+	/* it may take some time until more is sent */
 	if (block)
 		xy3_lower_gate_behind(&stream->map, xy3_last_scan(block));
 	return block;
 }
 
-/* The controller has a block of those that were written */
+/* The controller has a written block */
 static void xy3_written_is_given(struct xy3_block *block)
 {
 	struct xy3_stream *stream = block->stream;
@@ -77,7 +77,7 @@ static struct xy3_block *xy3_next_repeated(struct xy3_stream *stream)
 }
 
 /**
- * xy3_put_empty() - the writer can have a block again
+ * xy3_put_empty() - return a block to the writer
  * @block: the block, in no list
  */
 void xy3_put_empty(struct xy3_block *block)
@@ -104,14 +104,14 @@ static void xy3_block_recycle(struct xy3_block *block, int err)
 }
 
 /**
- * xy3_drop_written() - drop what was written and the controller does not have yet
+ * xy3_drop_written() - drop written blocks that the controller does not have yet
  * @stream: the stream
  */
 void xy3_drop_written(struct xy3_stream *stream)
 {
 	struct xy3_queue *queue = xy3_queue(stream);
 
-	/* there may be thousands, and interrupts are off */
+	/* there may be thousands, and interrupts are disabled */
 	list_splice_tail_init(&queue->full, &queue->empty);
 	queue->empties += queue->fulls;
 	queue->fulls = 0;
@@ -126,9 +126,9 @@ void xy3_drop_written(struct xy3_stream *stream)
 }
 
 /**
- * xy3_stream_fail() - the stream has failed: nothing that waits is to go out at some later time
+ * xy3_stream_fail() - the stream has failed: drop all that is pending
  * @stream: the stream
- * @err: why
+ * @err: the reason
  */
 void xy3_stream_fail(struct xy3_stream *stream, int err)
 {
@@ -140,8 +140,8 @@ void xy3_stream_fail(struct xy3_stream *stream, int err)
 static void xy3_block_done(void *context);
 
 /*
- * While another driver has locked the bus the controller refuses messages. Nothing notifies when
- * that ends, and so the block is offered again and again; those behind it wait.
+ * While another driver has locked the bus, the controller refuses messages. There is no
+ * notification of the end of the lock, so the block is retried periodically; the next ones wait.
  */
 static int xy3_submit(struct xy3_stream *stream, struct xy3_block *block)
 {
@@ -161,10 +161,10 @@ static int xy3_submit(struct xy3_stream *stream, struct xy3_block *block)
 }
 
 /**
- * xy3_make_closing() - make the scan that ends a stream: what was sent last, with the gate low
+ * xy3_make_closing() - make the scan that ends a stream: the last one sent, with the gate low
  * @stream: the stream
  *
- * Return: false when nothing could have raised the gate, and the scan is not required.
+ * Return: false if the gate cannot be high, so that the scan is not required.
  */
 bool xy3_make_closing(struct xy3_stream *stream)
 {
@@ -178,10 +178,10 @@ bool xy3_make_closing(struct xy3_stream *stream)
 }
 
 /**
- * xy3_close_after_error() - try once to make the gate's line low, which may be at any level
+ * xy3_close_after_error() - try once to lower the line of the gate, which may be at any level
  * @stream: the stream; nothing is sent unless it has failed, and the controller has no block
  *
- * xy3_stream_stop() sends the same block as soon as the controller has none of what was written.
+ * xy3_stream_stop() sends the same block as soon as the controller has no written block.
  */
 void xy3_close_after_error(struct xy3_stream *stream)
 {
@@ -195,9 +195,9 @@ void xy3_close_after_error(struct xy3_stream *stream)
 }
 
 /**
- * xy3_pump() - give the controller what there is
+ * xy3_pump() - pass pending blocks to the controller
  * @stream: the stream
- * @late: only what has just been sent is to be followed
+ * @late: only follow a block that has just been sent
  */
 void xy3_pump(struct xy3_stream *stream, bool late)
 {
@@ -242,13 +242,13 @@ static void xy3_block_sent(struct xy3_stream *stream, struct xy3_block *block, i
 	xy3_block_recycle(block, err);
 	xy3_pump(stream, true);
 	xy3_close_after_error(stream);
-	/* under the lock, as the stream may be gone behind it */
+	/* under the lock, as the stream may be freed after it */
 	wake_up_all(&stream->done);
 	if (stream->writers)
 		wake_up_interruptible_poll(stream->writers, EPOLLOUT | EPOLLWRNORM);
 }
 
-/* A message is done, whatever became of it. In any context. */
+/* A message is done, successfully or not. In any context. */
 static void xy3_block_done(void *context)
 {
 	struct xy3_block *block = context;
@@ -259,7 +259,7 @@ static void xy3_block_done(void *context)
 }
 
 /**
- * xy3_retry() - offer the block that was refused once more, unless the stream has failed meanwhile
+ * xy3_retry() - try to send the refused block again, unless the stream has failed in the meantime
  * @work: the stream's retry
  */
 void xy3_retry(struct work_struct *work)

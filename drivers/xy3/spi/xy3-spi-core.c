@@ -2,8 +2,8 @@
 /*
  * XY3-100 scanhead: the SPI driver - the forward channel
  *
- * Data lines are the controller's: it must have as many as the device asks for. The line map gives
- * what each carries; SYNC is the chip select, or one of the lines.
+ * Data lines are those of the controller, which must support the number of the device. The line map
+ * has the signal of each; SYNC is the chip select, or one of the lines.
  */
 
 #include <linux/bits.h>
@@ -23,14 +23,14 @@
 
 /**
  * struct xy3_spi - a forward channel
- * @forward: what the head knows of it
+ * @forward: the interface to the head
  * @spi: the SPI device
- * @lines: data lines, or lanes
- * @words: the controller is given a word for each of them
+ * @lines: number of data lines, or lanes
+ * @words: the controller gets a word for each of them
  * @lock: held while the line map is changed; protects @signal and @kept
  * @signal: the line map: enum xy3_signal for each line
- * @kept: what the IIO device begins with
- * @iio_lock: held, too, while @iio is changed; for commands, which come in any context
+ * @kept: initial state of the IIO device
+ * @iio_lock: also held while @iio is changed; for commands, which are sent in any context
  * @iio: the IIO device; see xy3_iio()
  */
 struct xy3_spi {
@@ -45,7 +45,7 @@ struct xy3_spi {
 	struct iio_dev *iio;
 };
 
-/* Either of its locks keeps the IIO device where it is */
+/* The IIO device does not change while either of the locks is held */
 static struct iio_dev *xy3_iio(const struct xy3_spi *x)
 {
 	lockdep_assert(lockdep_is_held(&x->lock) || lockdep_is_held(&x->iio_lock));
@@ -150,7 +150,7 @@ static const char * const xy3_signal_names[] = {
 	[XY3_SIGNAL_NONE] = "-",
 };
 
-/* Words, one for each line from IO0 on, as a line map; lines that are not named carry nothing */
+/* Parse a line map: words, one for each line from IO0 on; other lines are unused */
 static int xy3_parse_map(const struct xy3_spi *x, const char *const *words, unsigned int count,
 			 u8 *signal)
 {
@@ -180,7 +180,7 @@ static int xy3_change_map(struct xy3_spi *x, const char *const *words, unsigned 
 		return err;
 	if (xy3_iio(x) && !xy3_iio_retire(xy3_iio(x)))
 		return -EBUSY;
-	/* other axes are other channels: another IIO device begins with what this one leaves */
+	/* other axes are other channels: another IIO device starts with the state of this one */
 	xy3_drop_iio(x);
 	err = xy3_make_iio(x, signal);
 	if (err)
@@ -241,7 +241,7 @@ ATTRIBUTE_GROUPS(xy3_spi);
 
 /* ---- the device ---- */
 
-/* What each line carries: by the device's property, or as usual */
+/* The signal of each line: from the property of the device, or the default */
 static int xy3_first_map(struct xy3_spi *x, u8 *signal)
 {
 	const char *words[XY3_LINES_MAX];
@@ -277,7 +277,7 @@ static int xy3_spi_probe(struct spi_device *spi)
 	spin_lock_init(&x->iio_lock);
 	x->kept.frame_bits = XY3_FRAME_BITS_DEFAULT;
 	x->kept.rate = XY3_FRAME_RATE_DEFAULT;
-	/* where the mirrors are is not known; the middle of the field is the safest guess */
+	/* the positions of the mirrors are unknown; the middle of the field is the safest guess */
 	for (unsigned int i = 0; i < XY3_AXES; i++)
 		x->kept.position[i] = XY3_MIDDLE;
 	spi_set_drvdata(spi, x);

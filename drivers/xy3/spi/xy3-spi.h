@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: GPL-2.0-only */
 /*
- * XY3-100 forward channel: what the files of xy3-spi share
+ * XY3-100 forward channel: common declarations of the files of xy3-spi
  *
  *   IIO buffer -> xy3-buffer -> xy3-lines -> xy3-writer -> xy3-queue -> xy3-block -> SPI
  *   xy3.ko (tty, sysfs) -> xy3-spi-core -> xy3-command -----^              ^
  *   IIO channel -> xy3-iio -> xy3-stream, one scan ------------------------'
  *
- * Only xy3-spi-core, xy3-controller and xy3-block know the bus.
+ * Only xy3-spi-core, xy3-controller and xy3-block use the SPI bus.
  */
 #ifndef XY3_SPI_H
 #define XY3_SPI_H
@@ -25,53 +25,53 @@
 #include "xy3.h"
 #include "xy3-lines.h"
 
-/* Time of a block on the wire, and its scans at least and at most */
+/* Time of a block on the wire, and its minimum and maximum number of scans */
 #define XY3_BLOCK_US		2560
 #define XY3_BLOCK_SCANS_MIN	32
 #define XY3_BLOCK_SCANS_MAX	512
-/* The same for one that repeats the last position: a new one waits for two of these at most */
+/* The same for one that repeats the last position: a new position waits for at most two of these */
 #define XY3_REPEAT_US		750
 #define XY3_REPEAT_SCANS_MAX	256
 /* Blocks that the controller has at any time while there is a stream */
 #define XY3_BLOCKS_QUEUED	3
 #define XY3_COMMANDS_QUEUED	64
 
-/* Bits of a position's code in frames of 24 and of 32 bits */
+/* Bits of the code of a position in frames of 24 and of 32 bits */
 #define XY3_CODE24_BITS		20
 #define XY3_CODE32_BITS		26
 
-/* How many bits codes are short of those of the longest frames */
+/* Number of bits that codes have less than those of the longest frames */
 static inline unsigned int xy3_code_shift(const struct xy3_line_map *map)
 {
 	return map->frame_bits == 32 ? 0 : XY3_CODE32_BITS - XY3_CODE24_BITS;
 }
 
-/* Bytes of the longest scan on @lines data lines, with the gap that follows where SYNC is a line */
+/* Bytes of the longest scan on @lines data lines, with the gap after it if SYNC is a line */
 #define XY3_SCAN_ROOM(lines)	DIV_ROUND_UP((32 + XY3_GAP_CLOCKS) * (lines), 8)
 
-/* Of the gap in front of the first one */
+/* Bytes of the gap before the first one */
 #define XY3_GAP_ROOM(lines)	DIV_ROUND_UP(XY3_GAP_CLOCKS * (lines), 8)
 
-/* For what is written there are twice the blocks that a write of the buffer's length needs */
+/* Number of blocks for writers: twice those that a write of the length of the buffer requires */
 #define XY3_BLOCKS_MIN		4
 #define XY3_BLOCKS_MAX		8192
-/* Scans that are taken whole, at most */
+/* Maximum scans of a write that is accepted completely */
 #define XY3_WRITE_MAX		131072
 #define XY3_WRITE_DEFAULT	1024
 
 /**
  * struct xy3_block - scans that are sent as one message
- * @node: in one of the stream's lists
- * @stream: whose it is
- * @scans_max: how many scans it can hold
- * @scans: how many it holds now
- * @repeats: one of those that repeat the last position
- * @buffer: their bytes, behind the gap in front of the first one
- * @data: their bytes
- * @position: of a block that was written, its last scan: a code for each axis, then 0 for a gate
- * @prepared: scans of @message, which the controller has been shown; 0 when it has not
+ * @node: in one of the lists of the stream
+ * @stream: its stream
+ * @scans_max: maximum number of scans
+ * @scans: current number of scans
+ * @repeats: it is one of those that repeat the last position
+ * @buffer: the gap before the first scan, then @data
+ * @data: bytes of the scans
+ * @position: last scan of a written block: a code for each axis, then 0 for a gate
+ * @prepared: scans of @message, if the controller has prepared it; 0 otherwise
  * @message: the SPI message
- * @transfers: its transfers: one for all scans, or one for each where the chip select is SYNC
+ * @transfers: its transfers: one for all scans, or one for each if the chip select is SYNC
  */
 struct xy3_block {
 	struct list_head node;
@@ -89,12 +89,12 @@ struct xy3_block {
 
 /**
  * struct xy3_command - a command
- * @node: among those that wait, or are free
+ * @node: in the list of pending or free ones
  * @users: the stream until it is sent, and as long as it is the last; a waiter. Protected by
- *	   the stream's lock.
+ *	   the lock of the stream.
  * @code: its 20 bits
- * @err: 0, or why it was not sent
- * @done: it was sent, or is not going to be
+ * @err: 0, or the error if it was not sent
+ * @done: it was sent, or has failed
  */
 struct xy3_command {
 	struct list_head node;
@@ -105,15 +105,15 @@ struct xy3_command {
 };
 
 /**
- * struct xy3_commands - commands on their way; protected by the stream's lock
- * @block: carries one
- * @held: @block is being changed, and none is to be sent
- * @waiting: those that wait
- * @count: how many
- * @sending: the one on its way, or NULL
- * @last: the one that was taken last, or NULL
- * @free: those that are not in use
- * @pool: all: as many as may wait, @sending, @last, and the one that is waited for
+ * struct xy3_commands - queue of commands; protected by the lock of the stream
+ * @block: block for one command
+ * @held: @block is being changed, and none must be sent
+ * @waiting: pending commands
+ * @count: number of pending commands
+ * @sending: the one being sent, or NULL
+ * @last: the one that was queued last, or NULL
+ * @free: unused ones
+ * @pool: all: the maximum number of pending ones, @sending, @last, and the one waited for
  */
 struct xy3_commands {
 	struct xy3_block *block;
@@ -127,13 +127,13 @@ struct xy3_commands {
 };
 
 /**
- * enum xy3_stream_stat - what a stream counts
- * @XY3_SCANS: scans that the controller has sent, repeated ones and commands among them
+ * enum xy3_stream_stat - counters of a stream
+ * @XY3_SCANS: scans that the controller has sent, including repeated ones and commands
  * @XY3_REPEATED: scans that repeated the last position
- * @XY3_UNDERRUNS: how often there was nothing to send and repeating began
+ * @XY3_UNDERRUNS: number of times that there was nothing to send and repeating started
  * @XY3_COMMANDS: commands sent
  * @XY3_ERRORS: messages that the controller has not sent
- * @XY3_CLAMPED: codes that were out of the field, and went to its edge
+ * @XY3_CLAMPED: codes that were out of the field, and were clamped to its edge
  * @XY3_STREAM_STATS: number of counters
  */
 enum xy3_stream_stat {
@@ -147,32 +147,32 @@ enum xy3_stream_stat {
 };
 
 /**
- * struct xy3_queue - what a stream sends, and how far it is; see xy3_queue()
- * @running: a stream: when nothing is there to send, the last position is repeated
- * @primed: a scan has been sent since it runs
+ * struct xy3_queue - blocks and state of a stream; see xy3_queue()
+ * @running: the stream runs: if there is nothing to send, the last position is repeated
+ * @primed: a scan has been sent since the start
  * @repeating: the block that was queued last repeats a position
- * @notify_at: user space is not to be notified of an underrun before that, in jiffies
- * @leaving: it ends for good: what is written is dropped, and no more is taken
- * @aborted: the rest of the write that is going on is dropped; it may be one to the stream before
- * @cancelled: the task whose write() was going on when what was written was dropped, or NULL
- * @error: of the controller; nothing more is sent until the stream is started anew
+ * @notify_at: user space must not be notified of an underrun before this time, in jiffies
+ * @leaving: it ends permanently: written data are dropped, and no more are accepted
+ * @aborted: the rest of the write in progress is dropped; it may be one to the previous stream
+ * @cancelled: the task whose write() was in progress when written data were dropped, or NULL
+ * @error: of the controller; nothing more is sent until the stream is started again
  * @wanted: scans of the write that has found no room
  * @empty: blocks for the writer
- * @empties: how many
+ * @empties: number of blocks in @empty
  * @full: blocks to be sent, in this order; there is no room left in them
- * @fulls: how many
- * @filling: the block that the writer has begun, while it is not at it
+ * @fulls: number of blocks in @full
+ * @filling: the partially filled block, while no writer fills it
  * @spare: blocks that repeat the last position
- * @commands: commands, and the block that carries one
- * @closed: the stream's closing block was sent for the error there is
- * @queued: blocks that the controller has, @refused among them
+ * @commands: commands, and the block for one
+ * @closed: the closing block of the stream was sent for the current error
+ * @queued: number of blocks that the controller has, including @refused
  * @refused: a block that waits until another driver unlocks the bus, or NULL
- * @last: the last scan that was given to the controller, with the gate low
- * @position: by column, the code that was sent last, whatever was not sent behind it; 0 for a gate
+ * @last: the last scan passed to the controller, with the gate low
+ * @position: by column, the code sent last, independent of unsent ones after it; 0 for a gate
  * @stat: counters, by enum xy3_stream_stat
- * @measured_from: when the measuring of the rate began, in ns
+ * @measured_from: start of measuring the rate, in ns
  * @measured_scans: scans sent since then
- * @achieved: frames per second that were measured last
+ * @achieved: frames per second measured last
  */
 struct xy3_queue {
 	bool running;
@@ -203,20 +203,20 @@ struct xy3_queue {
 };
 
 /**
- * struct xy3_stream - the way of all frames to the head
+ * struct xy3_stream - sends all frames to the head
  * @spi: the SPI device
- * @map: which line carries what; like all up to @block_scans changed while nothing is sent only
- * @rate: frames per second; like @map changed under @lock, too, for those that show it
- * @write_max: scans that are taken whole, or not at all; half of all blocks have room for them
- * @block_scans: scans that a block of the writer's can hold
+ * @map: signals of the lines; like all up to @block_scans only changed while nothing is sent
+ * @rate: frames per second; like @map also changed under @lock, for attributes that show it
+ * @write_max: scans that are accepted completely, or not at all; they fit in half of all blocks
+ * @block_scans: maximum scans of a block for writers
  * @forward: the forward channel, which is notified when there is room for commands
  * @debugfs: the directory of its counters
- * @writers: where writers wait for an empty block
- * @closing: carries the last position with the gate low, when nothing else is sent; in no list
+ * @writers: wait queue of writers, for an empty block
+ * @closing: has the last position with the gate low, sent after all others; in no list
  * @underrun: notifies user space of underruns
- * @retry: sends what was refused
+ * @retry: sends a refused block
  * @lock: protects @queue; taken when a message is done, in any context
- * @queue: what is to be sent, and how far it is; by xy3_queue() where a stream may run
+ * @queue: blocks to be sent and state; accessed by xy3_queue() if a stream may run
  * @done: woken when a block is done
  */
 struct xy3_stream {
@@ -239,7 +239,7 @@ struct xy3_stream {
 };
 
 /**
- * xy3_queue() - what a stream sends
+ * xy3_queue() - the queue of a stream
  * @stream: the stream; its lock is held
  *
  * Return: its queue.
@@ -251,10 +251,10 @@ static inline struct xy3_queue *xy3_queue(struct xy3_stream *stream)
 }
 
 /**
- * struct xy3_kept - what an IIO device leaves to the one that follows it
+ * struct xy3_kept - state that an IIO device passes to the next one
  * @frame_bits: 24 or 32
  * @rate: frames per second
- * @position: where each axis is, by enum xy3_axis, as codes of 26 bits
+ * @position: position of each axis, by enum xy3_axis, as codes of 26 bits
  * @stat: counters, by enum xy3_stream_stat
  */
 struct xy3_kept {
@@ -342,17 +342,17 @@ void xy3_debugfs_init(void);
 void xy3_debugfs_exit(void);
 
 /**
- * struct xy3_iio - the IIO device: what user space sees of a stream
+ * struct xy3_iio - the IIO device: the interface of a stream for user space
  * @dev: the IIO device
- * @buffer: what is written to it goes into blocks
- * @access: what @buffer can do; its files may outlive the module
+ * @buffer: data written to it are encoded in blocks
+ * @access: functions of @buffer; its files may outlive the module
  * @stream: the stream
- * @writer: held by one write() at a time, over page faults, too; protects @input
+ * @writer: held by one write() at a time, also during page faults; protects @input
  * @lock: held while blocks are filled, and while settings are changed; inside of @writer
- * @rates: the lowest rate, a step, and the highest rate, as user space asks for them
+ * @rates: the lowest rate, a step, and the highest rate, in the format for user space
  * @channels: one for each axis of the line map, and one for its gate
- * @input: what user space has written, before it is encoded
- * @codes: the same with the channels that are no part of the buffer
+ * @input: data written by user space, before they are encoded
+ * @codes: the same with the channels that are not part of the buffer
  */
 struct xy3_iio {
 	struct device *dev;

@@ -11,7 +11,7 @@
 #include "xy3-spi.h"
 
 /**
- * xy3_stream_rate_min() - the lowest rate that the bus can do
+ * xy3_stream_rate_min() - the lowest rate that the bus supports
  * @stream: the stream
  *
  * Return: in frames per second, at least 1.
@@ -23,7 +23,7 @@ unsigned int xy3_stream_rate_min(const struct xy3_stream *stream)
 }
 
 /**
- * xy3_stream_rate_max() - the highest rate that the bus can do
+ * xy3_stream_rate_max() - the highest rate that the bus supports
  * @stream: the stream
  *
  * Return: in frames per second.
@@ -33,7 +33,7 @@ unsigned int xy3_stream_rate_max(const struct xy3_stream *stream)
 	return stream->spi->max_speed_hz / xy3_scan_clocks(stream);
 }
 
-/* The controller has no block of what was written, and will be given none: all are empty */
+/* The controller has no written block, and will get none: all are empty */
 static bool xy3_stream_silent(struct xy3_stream *stream)
 {
 	struct xy3_queue *queue;
@@ -44,7 +44,7 @@ static bool xy3_stream_silent(struct xy3_stream *stream)
 	       !queue->filling;
 }
 
-/* Nor a command */
+/* The same, and it has no command */
 static bool xy3_stream_idle(struct xy3_stream *stream)
 {
 	struct xy3_queue *queue;
@@ -55,10 +55,9 @@ static bool xy3_stream_idle(struct xy3_stream *stream)
 }
 
 /**
- * xy3_stream_position() - where the axes are: what the controller has reported as sent last
+ * xy3_stream_position() - positions of the axes: the last ones that the controller has sent
  * @stream: the stream
- * @position: room for all columns: a code for each axis of the line map, and behind them 0 for a
- *	      gate
+ * @position: array for all columns: a code for each axis of the line map, then 0 for a gate
  */
 void xy3_stream_position(struct xy3_stream *stream, u32 *position)
 {
@@ -77,7 +76,7 @@ static bool xy3_stream_leaves(struct xy3_stream *stream)
  * @stream: the stream, which does not run
  * @position: a code for each column, 0 for a gate
  *
- * Return: 0, -ENODEV when the stream ends for good, or the controller's error.
+ * Return: 0, -ENODEV if the stream ends permanently, or the controller's error.
  */
 int xy3_stream_send_position(struct xy3_stream *stream, const u32 *position)
 {
@@ -127,11 +126,11 @@ static void xy3_stream_unprepare(struct xy3_stream *stream)
 }
 
 /**
- * xy3_stream_start() - start a stream; it begins with the first scan that is written
+ * xy3_stream_start() - start a stream; it begins with the first written scan
  * @stream: the stream
  *
- * Return: 0; -ENODEV when the stream ends for good; or the controller's error when it does not take
- * blocks like these.
+ * Return: 0; -ENODEV if the stream ends permanently; or the controller's error if it refuses these
+ * blocks.
  */
 int xy3_stream_start(struct xy3_stream *stream)
 {
@@ -150,7 +149,7 @@ int xy3_stream_start(struct xy3_stream *stream)
 	queue->running = true;
 	queue->primed = false;
 	queue->closed = false;
-	/* a write that has waited for a page since the last stream is not part of this one */
+	/* a write that has waited for a page since the previous stream is not part of this one */
 	queue->aborted = true;
 	queue->wanted = 0;
 	queue->error = 0;
@@ -161,8 +160,8 @@ int xy3_stream_start(struct xy3_stream *stream)
 }
 
 /*
- * A controller keeps its lines at their last levels, or moves them as it likes: with a gate a
- * stream ends with a scan that has it low.
+ * A controller keeps its lines at their last levels, or at any others: with a gate a stream ends
+ * with a scan that has it low.
  */
 static void xy3_stream_close(struct xy3_stream *stream)
 {
@@ -185,9 +184,9 @@ static void xy3_stream_close(struct xy3_stream *stream)
 }
 
 /*
- * The task whose write() is going on, or NULL. From the start to the end of it, also while there is
- * no room, the IIO core has an entry of this kind in the queue of the writers; those of poll() are
- * of others.
+ * The task whose write() is in progress, or NULL. From its start to its end, also while there is no
+ * room, the IIO core has an entry of this kind in the queue of the writers; those of poll() are of
+ * another kind.
  */
 static struct task_struct *xy3_writing_task(wait_queue_head_t *writers)
 {
@@ -201,11 +200,11 @@ static struct task_struct *xy3_writing_task(wait_queue_head_t *writers)
 }
 
 /**
- * xy3_stream_abort() - drop what was written and the controller does not have yet
+ * xy3_stream_abort() - drop written data that the controller does not have yet
  * @stream: the stream
  *
- * A stream that runs goes on, and repeats the last position that the controller has. Commands are
- * not dropped. Does not wait for a writer, nor for xy3_stream_stop(), which then ends sooner.
+ * A running stream continues, and repeats the last position that the controller has. Commands are
+ * not dropped. Does not wait for a writer, nor for xy3_stream_stop(), which then ends earlier.
  */
 void xy3_stream_abort(struct xy3_stream *stream)
 {
@@ -221,7 +220,7 @@ void xy3_stream_abort(struct xy3_stream *stream)
 }
 
 /**
- * xy3_stream_leave() - the stream is going to end for good: drop what was written, take no more
+ * xy3_stream_leave() - the stream will end permanently: drop written data, accept no more
  * @stream: the stream
  */
 void xy3_stream_leave(struct xy3_stream *stream)
@@ -233,11 +232,11 @@ void xy3_stream_leave(struct xy3_stream *stream)
 }
 
 /**
- * xy3_stream_suspend() - stop a stream that runs, as after an error
+ * xy3_stream_suspend() - stop a running stream, as after an error
  * @stream: the stream
  *
- * What the controller has is sent, and the gate lowered; the rest is dropped. Writers get
- * -ESHUTDOWN until the stream is started anew.
+ * Blocks that the controller has are sent, and the gate is lowered; the rest is dropped. Writers
+ * get -ESHUTDOWN until the stream is started again.
  */
 void xy3_stream_suspend(struct xy3_stream *stream)
 {
@@ -253,11 +252,12 @@ void xy3_stream_suspend(struct xy3_stream *stream)
 }
 
 /**
- * xy3_stream_stop() - send what was written, then stop
+ * xy3_stream_stop() - send written data, then stop
  * @stream: the stream
  *
  * The last scan written is the last one sent; with a gate it is repeated once with the gate low.
- * A process that is killed meanwhile waits only for what the controller has; the rest is dropped.
+ * If the process is killed in the meantime, it only waits for blocks that the controller has; the
+ * rest is dropped.
  */
 void xy3_stream_stop(struct xy3_stream *stream)
 {
@@ -273,7 +273,7 @@ void xy3_stream_stop(struct xy3_stream *stream)
 	xy3_stream_unprepare(stream);
 }
 
-/* With the nearest rate that the bus can do */
+/* With the nearest rate that the bus supports */
 static void xy3_stream_take_over(struct xy3_stream *stream, const struct xy3_line_map *map,
 				 unsigned int rate)
 {
@@ -305,7 +305,7 @@ static int xy3_stream_change(struct xy3_stream *stream, const struct xy3_line_ma
  * @stream: the stream, which does not run
  * @frame_bits: 24 or 32
  *
- * The rate goes to the nearest one that the bus can do with frames of that size.
+ * The rate changes to the nearest one that the bus supports with frames of this size.
  *
  * Return: 0, -EINVAL, -ENODEV, -ENOMEM or the controller's error.
  */
@@ -326,7 +326,7 @@ int xy3_stream_resize(struct xy3_stream *stream, unsigned int frame_bits)
  * @stream: the stream, which does not run
  * @rate: frames per second
  *
- * Return: 0; -ERANGE when the bus cannot do it; -ENODEV, -ENOMEM or the controller's error.
+ * Return: 0; -ERANGE if the bus does not support it; -ENODEV, -ENOMEM or the controller's error.
  */
 int xy3_stream_set_rate(struct xy3_stream *stream, unsigned int rate)
 {
@@ -337,7 +337,7 @@ int xy3_stream_set_rate(struct xy3_stream *stream, unsigned int rate)
 
 /**
  * xy3_stream_init() - prepare a stream
- * @stream: the stream; all up to its lock is filled in
+ * @stream: the stream; all members before its lock are set
  *
  * Return: 0, -ENOMEM or the controller's error.
  */
@@ -375,7 +375,7 @@ int xy3_stream_init(struct xy3_stream *stream)
 }
 
 /**
- * xy3_stream_exit() - let a stream go, when the controller has sent all
+ * xy3_stream_exit() - free a stream, after the controller has sent all
  * @stream: the stream
  */
 void xy3_stream_exit(struct xy3_stream *stream)

@@ -2,8 +2,8 @@
 /*
  * XY3-100 forward channel: the writer's side of a stream
  *
- * A writer takes a block, fills it and gives it back. Blocks that are full wait in a list until
- * xy3-queue hands them to the controller; the last one may be sent with room left in it.
+ * A writer takes a block, fills it and returns it. Full blocks wait in a list until xy3-queue
+ * passes them to the controller; the last one may be sent with room left in it.
  */
 
 #include <linux/err.h>
@@ -13,9 +13,9 @@
 #include "xy3-spi.h"
 
 /**
- * xy3_stream_blocks() - make the writer's blocks
+ * xy3_stream_blocks() - allocate the blocks for writers
  * @stream: the stream, which does not run
- * @scans: how many scans a write may have and still be taken whole
+ * @scans: maximum number of scans of a write that is accepted completely
  *
  * Return: 0 or -ENOMEM.
  */
@@ -39,10 +39,10 @@ int xy3_stream_blocks(struct xy3_stream *stream, unsigned int scans)
 }
 
 /**
- * xy3_stream_no_blocks() - the writer has no blocks any more
+ * xy3_stream_no_blocks() - free the blocks for writers
  * @stream: the stream, which does not run
  *
- * Commands may be on their way; they leave the writer's blocks alone, all of which are empty.
+ * Commands may be being sent; they do not use the blocks for writers, which are all empty.
  */
 void xy3_stream_no_blocks(struct xy3_stream *stream)
 {
@@ -50,7 +50,7 @@ void xy3_stream_no_blocks(struct xy3_stream *stream)
 	stream->queue.empties = 0;
 }
 
-/* Scans that there is room for */
+/* Number of scans that can be written */
 static size_t xy3_stream_free(struct xy3_stream *stream)
 {
 	const struct xy3_queue *queue = xy3_queue(stream);
@@ -61,7 +61,7 @@ static size_t xy3_stream_free(struct xy3_stream *stream)
 }
 
 /**
- * xy3_stream_write_max() - how much is taken whole, or not at all
+ * xy3_stream_write_max() - size of a write that is accepted completely, or not at all
  * @stream: the stream
  *
  * Return: scans, at least 1.
@@ -72,12 +72,12 @@ size_t xy3_stream_write_max(const struct xy3_stream *stream)
 }
 
 /**
- * xy3_stream_room() - how much can be written now
+ * xy3_stream_room() - size of data that can be written now
  * @stream: the stream
  *
- * Return: scans; 0 as long as there is no room for the write that has found none; at least 1 when
- * the stream does not run or has an error to report, or a writer that waits for room would wait
- * for ever.
+ * Return: scans; 0 as long as there is no room for a write that has found none; at least 1 if the
+ * stream does not run or has an error to report, or a writer that waits for room would wait
+ * forever.
  */
 size_t xy3_stream_room(struct xy3_stream *stream)
 {
@@ -93,7 +93,7 @@ size_t xy3_stream_room(struct xy3_stream *stream)
 }
 
 /**
- * xy3_stream_waiting() - how much was written that the controller does not have yet
+ * xy3_stream_waiting() - size of written data that the controller does not have yet
  * @stream: the stream
  *
  * Return: scans.
@@ -109,10 +109,10 @@ size_t xy3_stream_waiting(struct xy3_stream *stream)
 }
 
 /**
- * xy3_stream_begin_write() - what is taken from now on is no part of a write that was aborted
+ * xy3_stream_begin_write() - data from now on are not part of an aborted write
  * @stream: the stream
  *
- * Unless it is the rest of one: the IIO core makes several writes of a long one.
+ * Unless they are the rest of one: the IIO core splits a long write into several ones.
  */
 void xy3_stream_begin_write(struct xy3_stream *stream)
 {
@@ -124,7 +124,7 @@ void xy3_stream_begin_write(struct xy3_stream *stream)
 }
 
 /**
- * xy3_stream_end_write() - the IIO core will not call again with the rest of this write
+ * xy3_stream_end_write() - the IIO core will not call again for the rest of this write
  * @stream: the stream
  */
 void xy3_stream_end_write(struct xy3_stream *stream)
@@ -138,14 +138,14 @@ void xy3_stream_end_write(struct xy3_stream *stream)
 }
 
 /**
- * xy3_stream_take() - take the block that is to be filled
+ * xy3_stream_take() - take the next block to fill
  * @stream: the stream
- * @scans: what is to be written, to this block and the next ones
+ * @scans: number of scans to write, to this block and the next ones
  *
- * There is one writer at a time: room that it has found stays.
+ * There is one writer at a time: room that it has found is kept.
  *
- * Return: the block, with room for one scan at least; NULL when there is no room for @scans;
- * -ECANCELED when the write is aborted, -ENODEV when the stream ends for good, -EINVAL when it does
+ * Return: the block, with room for at least one scan; NULL if there is no room for @scans;
+ * -ECANCELED if the write is aborted, -ENODEV if the stream ends permanently, -EINVAL if it does
  * not run, or the controller's error.
  */
 struct xy3_block *xy3_stream_take(struct xy3_stream *stream, size_t scans)
@@ -188,9 +188,9 @@ static void xy3_put_full(struct xy3_block *block)
 }
 
 /**
- * xy3_stream_give() - give a block back, with more in it or not
+ * xy3_stream_give() - return a block, filled further or not
  * @stream: the stream
- * @block: the block that xy3_stream_take() gave
+ * @block: the block returned by xy3_stream_take()
  */
 void xy3_stream_give(struct xy3_stream *stream, struct xy3_block *block)
 {
