@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * The file of udev's hwdb that chooses a keycap layout. See hwdb.h.
+ * The file of udev's hwdb that selects a key layout. See hwdb.h.
  */
 #include <errno.h>
 #include <fcntl.h>

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-only */
 /*
- * The file of udev's hwdb that chooses a keycap layout
+ * The file of udev's hwdb that selects a key layout
  */
 #ifndef HWDB_H
 #define HWDB_H

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * Files of keycap layouts, and the entry of udev's hwdb that is made from one. See layout.h.
+ * Files of key layouts, and the entry of udev's hwdb that is made from one. See layout.h.
  */
 #include <ctype.h>
 #include <errno.h>
@@ -233,7 +233,7 @@ static void print_code(FILE *stream, unsigned int scan, const char *code)
 void layout_entry(FILE *stream, const struct layout *layout, const struct pendant *pendant,
 		  bool captions)
 {
-	fprintf(stream, "# Keycap layout %s (%s), by %s layout\n", layout->name, layout->title,
+	fprintf(stream, "# Key layout %s (%s), by %s layout\n", layout->name, layout->title,
 		cli_tool_name());
 	if (pendant)
 		fprintf(stream, "evdev:name:%s:phys:%s:*\n", pendant->input, pendant->phys);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-only */
 /*
- * Keycap layouts: what is printed on a pendant's keys. userspace/hwdb/README has the form of their
+ * Key layouts: the labels of the keys of a pendant. userspace/hwdb/README has the format of their
  * files.
  */
 #ifndef LAYOUT_H

@@ -14,7 +14,7 @@ static const char text[] =
 	"List pendants and their names."
 	"\v"
 	"Columns: number, name of the HID device, model, awake (yes or no), event node, hidraw node, "
-	"keycap layout (in brackets if none was chosen and it is the default), port. A dash "
+	"key layout (in brackets if none was chosen and it is the default), port. A dash "
 	"stands for a missing value. The exit status is 3 if there is no pendant.\n\n"
 	"To get the name of the event node only:\n"
 	"  xhcctl list --json | jq -r '.pendants[].event'";
