@@ -13,7 +13,7 @@
         ok 2 second_case
     ok 1 suite
 
-Four blanks make a level; a level's results come before the line that sums them up.
+Each level is indented by four blanks; the results of a level precede the line with their sum.
 """
 import re
 from dataclasses import dataclass, field
@@ -26,7 +26,7 @@ DIRECTIVE = re.compile(r'\s*#\s*SKIP\b.*$', re.IGNORECASE)
 
 @dataclass
 class Block:
-    """The results of one level, and how many its plan line promised (None: no plan line)."""
+    """The results of one level, and the number in its plan line (None: no plan line)."""
     plan: int | None = None
     results: list = field(default_factory=list)
     diagnostics: list = field(default_factory=list)
@@ -38,7 +38,7 @@ class Result:
     name: str
     ok: bool
     skipped: bool
-    block: Block | None         # what stands below this line's sum; None: nothing
+    block: Block | None         # the results below this line; None: nothing
     diagnostics: list
 
     def rows(self):
@@ -46,11 +46,11 @@ class Result:
 
 
 class Malformed(Exception):
-    """The text is not a whole KTAP document."""
+    """The text is not a complete KTAP document."""
 
 
 def parse(text):
-    """The document's outermost block."""
+    """-> the outermost block of the document"""
     open_blocks = []            # one for each level, from the outermost
     for line in text.splitlines():
         words = line.lstrip(' ')
@@ -77,7 +77,7 @@ def _open(open_blocks, level):
 
 
 def _close(open_blocks, level, match):
-    """A result line: it belongs to `level`, and sums up the level below, if that is open."""
+    """A result line: it belongs to `level`, and is the sum of the level below, if that is open."""
     if not level < len(open_blocks) <= level + 2:
         raise Malformed(f'a result at level {level} that is not open: {match.group(0)}')
     inner = open_blocks.pop() if len(open_blocks) == level + 2 else None
@@ -92,7 +92,7 @@ def _close(open_blocks, level, match):
 
 
 def block_faults(block, where, plan_needed):
-    """Faults of form: a level must hold what its plan promises, numbered from 1."""
+    """Faults of the format: a level must have the number of results in its plan, from 1."""
     if block.plan is None and plan_needed:
         yield f'{where}: no plan line'
     if block.plan is not None and block.plan != len(block.results):
@@ -107,7 +107,7 @@ def block_faults(block, where, plan_needed):
 
 
 def why_not(result):
-    """Why a result does not count as passed, or None."""
+    """The reason why a result is not a success, or None."""
     if result.skipped:
         return 'skipped'
     if not result.ok:

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * KUnit: the XHC pendant's codec
+ * KUnit: the codec of XHC pendants
  *
- * The same text runs in a kernel and, under sanitizers, on the host. "seed" in a row's
- * name stands for the document "XHC xHB03 & xHB04 INTERNALS": its own examples and tables.
+ * The same source runs in a kernel and, under sanitizers, on the host. "seed" in the name of a row
+ * means examples and tables of the document "XHC xHB03 & xHB04 INTERNALS".
  */
 
 #include <kunit/test.h>
 #include <linux/module.h>
 
-/* not linked but included: no symbol of the codec is exported, nor need be */
+/* not linked but included: the codec exports no symbols */
 #include "../drivers/hid-xhc/xhc-codec.c"
 
 static const struct xhc_model *hb03(void)
@@ -28,7 +28,7 @@ static void model_find_test(struct kunit *test)
 	KUNIT_ASSERT_NOT_NULL(test, hb04());
 	KUNIT_EXPECT_STREQ(test, hb03()->name, "HB03");
 	KUNIT_EXPECT_STREQ(test, hb04()->name, "HB04");
-	/* of the same vendor, and none of ours: a serial bridge and a motion card */
+	/* other products of the vendor: a serial bridge and a motion card */
 	KUNIT_EXPECT_NULL(test, xhc_model_find(0xea6a));
 	KUNIT_EXPECT_NULL(test, xhc_model_find(0xeb73));
 	KUNIT_EXPECT_NULL(test, xhc_model_find(0x1eb70));
@@ -159,7 +159,7 @@ static void report_refused_test(struct kunit *test)
 	for (size_t size = 0; size <= sizeof(good); size++) {
 		u8 *data = exact(test, good, size);
 
-		/* the good one is the control */
+		/* the valid one is the control */
 		KUNIT_EXPECT_EQ_MSG(test, size == 6 ? 0 : -EINVAL,
 				    xhc_decode_report(hb04(), data, size, false, &in),
 				    "%zu bytes", size);
@@ -175,7 +175,7 @@ static void report_refused_test(struct kunit *test)
 	}
 }
 
-/* A pendant returns the day that it was sent, XOR its first key: whatever else is in the report */
+/* A pendant returns the day that it was sent, XOR its first key, for any other report content */
 static void matches_test(struct kunit *test)
 {
 	static const u8 idle[6] = { 4, 0, 0, 0, 0, 22 };
@@ -341,7 +341,7 @@ static void position_test(struct kunit *test)
 	KUNIT_EXPECT_STREQ(test, text, row->back);
 }
 
-/* Units that did not come through xhc_parse_position() */
+/* Units that are not from xhc_parse_position() */
 static void position_encode_test(struct kunit *test)
 {
 	u8 wire[4] = { };
@@ -452,7 +452,7 @@ static void chunk_check(struct kunit *test, const struct xhc_model *model, const
 static void chunk_test(struct kunit *test)
 {
 	static const u8 first[8] = { 0x06, 0xfe, 0xfd, 22, 135, 0, 0xa4, 0x06 };
-	/* 37 bytes in six chunks: two of the last one are the frame's */
+	/* 37 bytes in six chunks: two bytes of the last one belong to the frame */
 	static const u8 last[8] = { 0x06, 0x38, 0x41, 0, 0, 0, 0, 0 };
 	u8 report[XHC_CHUNK_SIZE];
 
@@ -538,7 +538,7 @@ static const struct state_row state_rows[] = {
 	{ "0x80", HB03, 0, 0x80, "0x80" },
 	{ "run+pause", HB03, 0, 0x03, "run+pause" },
 	{ "0x04", HB03, 0, 0x04, "0x04" },
-	/* 80h flashes the yes/no lights of HB03 (seed): it is no inch there */
+	/* 80h flashes the yes/no lights of HB03 (seed): it does not mean inch there */
 	{ "inch", HB03, -EINVAL, 0, NULL },
 	{ "256", HB04, -ERANGE, 0, NULL },
 	{ "-1", HB04, -ERANGE, 0, NULL },

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * KUnit: the XHC pendant's driver, display frames
+ * KUnit: the driver of XHC pendants, display frames
  * See xhc_hid_test.c.
  */
 
@@ -11,7 +11,7 @@
 
 #include "xhc_hid_rig.h"
 
-/* ---- frames that are not taken ---- */
+/* ---- frames that fail ---- */
 
 static void retry_test(struct kunit *test)
 {
@@ -22,7 +22,7 @@ static void retry_test(struct kunit *test)
 	KUNIT_ASSERT_TRUE(test, pendant_wait_chunks(pendant, FRAME_CHUNKS));
 	KUNIT_ASSERT_EQ(test, 0, hid_driver_suspend(pendant->hdev, PMSG_SUSPEND));
 
-	/* stalled: the frame ends with its first chunk, and is not tried again at once */
+	/* stalled: the frame ends with its first chunk, and is not retried immediately */
 	pendant_fail(pendant, -EPIPE, UINT_MAX);
 	chunks = pendant_chunks(pendant);
 	KUNIT_ASSERT_EQ(test, 0, hid_driver_resume(pendant->hdev));
@@ -30,7 +30,7 @@ static void retry_test(struct kunit *test)
 	msleep(500);
 	KUNIT_EXPECT_EQ(test, pendant_chunks(pendant), chunks + 1);
 
-	/* but after a second, from its beginning, until it is taken */
+	/* but after a second, from its start, until it succeeds */
 	pendant_fail(pendant, 0, 0);
 	KUNIT_ASSERT_TRUE(test, pendant_wait_chunks(pendant, chunks + 1 + FRAME_CHUNKS));
 	KUNIT_EXPECT_EQ(test, pendant->chunk[chunks + 1][1], 0xfe);
@@ -38,7 +38,7 @@ static void retry_test(struct kunit *test)
 	KUNIT_EXPECT_EQ(test, pendant_chunks(pendant), chunks + 1 + FRAME_CHUNKS);
 }
 
-/* A transfer that took only a part of the report is an error like any other */
+/* A transfer of only a part of the report is an error, too */
 static void short_transfer_test(struct kunit *test)
 {
 	struct pendant *pendant = pendant_good(test);
@@ -53,7 +53,7 @@ static void short_transfer_test(struct kunit *test)
 	KUNIT_EXPECT_EQ(test, pendant_chunks(pendant), chunks + 1);
 }
 
-/* ---- what the display shows is not known ---- */
+/* ---- unknown content of the display ---- */
 
 static void wait_frames(struct kunit *test, struct pendant *pendant, unsigned int frames)
 {
@@ -111,7 +111,7 @@ static void forgotten_day_test(struct kunit *test)
 	/* a second writer, by hidraw */
 	pendant_report_day(test, pendant, 0x11, day ^ 1);
 	wait_frames(test, pendant, 4);
-	/* it has missed that frame: the next one comes after a second, not for each report */
+	/* it has missed that frame: the next one is sent after a second, not for each report */
 	for (unsigned int i = 0; i < 50; i++)
 		pendant_report_day(test, pendant, 0x11, day ^ 1);
 	expect_no_more_frames(test, pendant, 4);
@@ -141,7 +141,7 @@ static void clone_test(struct kunit *test)
 	KUNIT_EXPECT_EQ(test, pendant_stat(test, pendant, "xor_mismatches"), 12);
 }
 
-/* A report that was on its way while the pendant took another day is no reason for a frame */
+/* A report that was sent before the pendant received another day does not cause a frame */
 static void late_report_test(struct kunit *test)
 {
 	struct pendant *pendant = pendant_awake(test);
@@ -154,7 +154,7 @@ static void late_report_test(struct kunit *test)
 	pendant_report_day(test, pendant, 0x11, pendant_day(pendant));
 	expect_no_more_frames(test, pendant, 3);
 
-	/* nor is one that comes while the frame is on its way */
+	/* nor does one that is received while the frame is being sent */
 	WRITE_ONCE(pendant->hold, true);
 	KUNIT_ASSERT_EQ(test, 0, pendant_show(test, pendant, "day", "7"));
 	KUNIT_ASSERT_NE(test, 0, wait_for_completion_timeout(&pendant->held, 5 * HZ));
@@ -190,7 +190,7 @@ static void refresh_row_name(const unsigned int *row, char *name)
 
 KUNIT_ARRAY_PARAM(refresh, refresh_rows, refresh_row_name);
 
-/* refresh_ms is the minimum time, whatever a jiffy is and whenever in it a change comes */
+/* refresh_ms is the minimum time, for any length of jiffies and any time of a change */
 static void refresh_test(struct kunit *test)
 {
 	unsigned int refresh_ms = *(const unsigned int *)test->param_value;
@@ -211,7 +211,7 @@ static void refresh_test(struct kunit *test)
 	KUNIT_EXPECT_LT(test, least_pause(test, pendant, 2, frames), refresh_ms * 1000 + 30000);
 }
 
-/* A frame that a report asks for keeps to it as well */
+/* It is also kept by a frame that a report causes */
 static void refresh_of_wake_up_test(struct kunit *test)
 {
 	struct pendant *pendant = pendant_awake(test);
@@ -252,7 +252,7 @@ static void start_flusher(struct kunit *test, struct pendant *pendant, struct fl
 	schedule_work(&flusher->work);
 }
 
-/* The first of two frames fails: each caller gets the result of its own */
+/* The first of two frames fails: each caller gets the result of its frame */
 static void flush_results_test(struct kunit *test)
 {
 	struct pendant *pendant = pendant_good(test);
@@ -269,7 +269,7 @@ static void flush_results_test(struct kunit *test)
 	flush_work(&flushers[1].work);
 	KUNIT_EXPECT_EQ(test, flushers[0].result, -EPIPE);
 	KUNIT_EXPECT_EQ(test, flushers[1].result, 0);
-	/* the frame that failed, up to its first chunk, and the one after it */
+	/* the failed frame, up to its first chunk, and the one after it */
 	KUNIT_EXPECT_EQ(test, pendant_chunks(pendant), 2 * FRAME_CHUNKS + 1);
 }
 
@@ -309,7 +309,7 @@ static void flush_error_test(struct kunit *test)
 	KUNIT_EXPECT_EQ(test, pendant_show(test, pendant, "flush", "1"), 0);
 }
 
-/* Number of lines of the kernel's log with this text */
+/* Number of lines of the kernel log with this text */
 static unsigned int log_count(struct kunit *test, const char *text)
 {
 	char *line = kunit_kzalloc(test, SZ_1K, GFP_KERNEL);
@@ -325,7 +325,7 @@ static unsigned int log_count(struct kunit *test, const char *text)
 	return count;
 }
 
-/* A frame that the suspend broke off does not keep the next failure out of the log */
+/* After a frame that was interrupted by suspend, the next failure is logged */
 static void failure_after_resume_test(struct kunit *test)
 {
 	struct pendant *pendant = pendant_good(test);

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: GPL-2.0-only */
 /*
- * The two ends that a pendant's driver hangs between, for its KUnit suite
+ * Both ends of the driver of a pendant, for its KUnit suite
  *
  *   struct pendant   a HID transport (struct hid_ll_driver) with a pendant on it: sends any
- *                    report, writes down the feature reports that come, stalls, waits
- *   user             an input handler that writes down every event
+ *                    report, records received feature reports, stalls, waits
+ *   user             an input handler that records all events
  *
  * Included by one file only, so all of it is static.
  */
@@ -26,7 +26,7 @@
 #define CHUNKS_MAX	256
 #define EVENTS_MAX	64
 
-/* As field units have it: input report 4 with 5 bytes, feature report 6 with 7 */
+/* As in units in the field: input report 4 with 5 bytes, feature report 6 with 7 */
 #define DESC_INPUT(id, bytes)								\
 	0x06, 0x00, 0xff, 0x09, 0x01, 0xa1, 0x01, 0x85, (id), 0x09, 0x01, 0x15, 0x00,	\
 	0x26, 0xff, 0x00, 0x95, (bytes), 0x75, 0x08, 0x81, 0x02, 0xc0
@@ -37,23 +37,23 @@
 static const u8 good_desc[] = { DESC_INPUT(4, 5), DESC_FEATURE(6, 7) };
 
 /**
- * struct pendant - a pendant on a transport of ours
+ * struct pendant - a pendant on a mock transport
  * @hdev: its HID device
  * @desc: its report descriptor
  * @desc_size: bytes in @desc
- * @power: transport's power requests, FULLON less NORMAL
- * @opened: transport's opens less closes
- * @started: transport's starts less stops
- * @lock: protects what follows
- * @chunk: feature reports that came
- * @at: when each of them came
+ * @power: power requests of the transport, FULLON minus NORMAL
+ * @opened: opens of the transport minus closes
+ * @started: starts of the transport minus stops
+ * @lock: protects the following members
+ * @chunk: received feature reports
+ * @at: time of each of them
  * @chunks: number of feature reports
- * @error: what to answer a feature report with while @errors is not 0
- * @errors: number of feature reports yet to be answered with @error
- * @hold: a feature report waits for @release
- * @held: a feature report has begun to wait
- * @release: lets it go on
- * @came: is woken for each feature report
+ * @error: result of a feature report while @errors is not 0
+ * @errors: number of further feature reports that fail with @error
+ * @hold: feature reports wait for @release
+ * @held: completed when a feature report starts to wait
+ * @release: lets it continue
+ * @came: woken for each feature report
  */
 struct pendant {
 	struct hid_device *hdev;
@@ -62,7 +62,7 @@ struct pendant {
 	int power;
 	int opened;
 	int started;
-	spinlock_t lock;	/* all that follows but @held, @release and @came */
+	spinlock_t lock;	/* all following members except @held, @release and @came */
 	u8 chunk[CHUNKS_MAX][8];
 	ktime_t at[CHUNKS_MAX];
 	unsigned int chunks;
@@ -156,7 +156,7 @@ static unsigned int pendant_chunks(struct pendant *pendant)
 	return pendant->chunks;
 }
 
-/* Answer the next @errors feature reports with @error */
+/* Make the next @errors feature reports fail with @error */
 static __maybe_unused void pendant_fail(struct pendant *pendant, int error, unsigned int errors)
 {
 	guard(spinlock)(&pendant->lock);
@@ -169,7 +169,7 @@ static bool pendant_wait_chunks(struct pendant *pendant, unsigned int n)
 	return wait_event_timeout(pendant->came, pendant_chunks(pendant) >= n, 5 * HZ);
 }
 
-/* A transfer that is held goes on in a fifth of a second */
+/* A held transfer continues in 200 ms */
 static struct {
 	struct delayed_work work;
 	struct pendant *pendant;
@@ -240,7 +240,7 @@ static struct pendant *pendant_good(struct kunit *test)
 	return pendant;
 }
 
-/* Memory of exactly @size bytes: KASAN sees the driver read one too many */
+/* Memory of exactly @size bytes: KASAN detects that the driver reads beyond it */
 static void pendant_report(struct kunit *test, struct pendant *pendant, const u8 *data, size_t size)
 {
 	u8 *copy = kunit_kmalloc(test, size, GFP_KERNEL);
@@ -340,7 +340,7 @@ static inline int pendant_show(struct kunit *test, struct pendant *pendant, cons
 	return attribute_set(test, &pendant->hdev->dev, "dro", name, text);
 }
 
-/* ---- the user: an input handler that writes down all events of pendants ---- */
+/* ---- the user: an input handler that records all events of pendants ---- */
 
 struct event {
 	u16 type;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * KUnit: the XHC pendant's driver, from the bus to the events
+ * KUnit: the driver of XHC pendants, from the bus to the events
  *
- * hid-xhc.ko is loaded as users load it, between the two ends of xhc_hid_rig.h. No symbol
- * of the driver is used.
+ * hid-xhc.ko is loaded like by users, between the two ends of xhc_hid_rig.h. No symbol of the
+ * driver is used.
  */
 
 #include <linux/delay.h>
@@ -102,7 +102,7 @@ static void desc_test(struct kunit *test)
 	KUNIT_EXPECT_EQ(test, pendant_bound(pendant), row->good);
 	KUNIT_EXPECT_EQ(test, pendant->started, row->good);
 	KUNIT_EXPECT_EQ(test, !!pendant_input(pendant), row->good);
-	/* and a report to it, bound or not */
+	/* and it gets a report, bound or not */
 	REPORT(test, pendant, 4, 1, 0, 0x11, 1, 0);
 }
 
@@ -129,7 +129,7 @@ static void meet(struct input_dev *dev)
 	hid_input_report(hdev, HID_INPUT_REPORT, copy, sizeof(copy), 1);
 }
 
-/* When the input device appears, reports count, and there is a display to write to */
+/* When the input device is registered, reports are processed, and the display is writable */
 static void registration_test(struct kunit *test)
 {
 	struct pendant *pendant;
@@ -146,7 +146,7 @@ static void registration_test(struct kunit *test)
 	KUNIT_EXPECT_EQ(test, input_abs_get_val(input, ABS_MISC), 1);
 	KUNIT_EXPECT_TRUE(test, test_bit(BTN_TRIGGER_HAPPY31, input->key));
 	KUNIT_EXPECT_TRUE(test, test_bit(BTN_TRIGGER_HAPPY5, input->key));
-	/* that was before the user was there: neither its keys nor its detents come late */
+	/* this was before the user: neither its keys nor its detents are reported later */
 	expect_no_event(test);
 	REPORT(test, pendant, 4, 0, 0, 0x11, 1, 0);
 	EXPECT_EVENTS(test, SCAN(5), KEY(5, 0), WHEEL(1), SYN);
@@ -196,7 +196,7 @@ static void unknown_test(struct kunit *test)
 	forget_events();
 	REPORT(test, pendant, 4, 0x18, 0x05, 0, 0, 1);
 	EXPECT_EVENTS(test, SCAN(0x18), SCAN(5), KEY(5, 1), SYN);
-	/* 21h is a scan code of the keymap, but no key of the pendant */
+	/* 21h is a scan code of the keymap, but not a key of the pendant */
 	REPORT(test, pendant, 4, 0x21, 0x05, 0, 0, 1);
 	EXPECT_EVENTS(test, SCAN(0x21), SYN);
 	REPORT(test, pendant, 4, 0xff, 0x05, 0, 0, 1);
@@ -208,7 +208,7 @@ static void unknown_test(struct kunit *test)
 	EXPECT_EVENTS(test, SELECT(0), ONE_HOT(3, 0), SYN);
 }
 
-/* Each code that the model does not know counts once as it appears, also after another one */
+/* Each unknown code is counted once when it appears, also after another one */
 static void unknown_count_test(struct kunit *test)
 {
 	struct pendant *pendant = pendant_good(test);
@@ -229,7 +229,7 @@ static void inhibit(struct kunit *test, struct input_dev *input, const char *tex
 	KUNIT_ASSERT_EQ(test, 0, attribute_set(test, &input->dev, NULL, "inhibited", text));
 }
 
-/* The input core drops the events of an inhibited device; the next report makes up for them */
+/* The input core drops the events of an inhibited device; the next report corrects the state */
 static void inhibited_test(struct kunit *test)
 {
 	struct pendant *pendant = pendant_good(test);
@@ -246,7 +246,7 @@ static void inhibited_test(struct kunit *test)
 	KUNIT_EXPECT_FALSE(test, test_bit(BTN_TRIGGER_HAPPY7, input->key));
 	KUNIT_EXPECT_FALSE(test, test_bit(BTN_TRIGGER_HAPPY31, input->key));
 
-	/* turned on meanwhile, and left where it is */
+	/* turned on in the meantime, and not changed after that */
 	inhibit(test, input, "1");
 	REPORT(test, pendant, 4, 0, 0, 0x12, 0, 1);
 	inhibit(test, input, "0");
@@ -255,7 +255,7 @@ static void inhibited_test(struct kunit *test)
 	EXPECT_EVENTS(test, SELECT(2), ONE_HOT(2, 1), SYN);
 }
 
-/* A report speaks of the keys in it and of those in the one before, of no others */
+/* A report only changes keys that are in it or in the one before */
 static void other_keys_test(struct kunit *test)
 {
 	struct pendant *pendant = pendant_good(test);
@@ -281,7 +281,7 @@ static void sleep_test(struct kunit *test)
 		      SYN);
 	REPORT(test, pendant, 4, 0, 0, 0, 0, 0);
 	expect_no_event(test);
-	/* and awake again, with the wheel at once */
+	/* and awake again, immediately with the wheel */
 	REPORT(test, pendant, 4, 0, 0, 0x14, 1, 1);
 	EXPECT_EVENTS(test, SELECT(6), ONE_HOT(6, 1), WHEEL(1), SYN);
 }
@@ -310,7 +310,7 @@ static void bad_row_name(const struct bad_row *row, char *name)
 
 KUNIT_ARRAY_PARAM(bad, bad_rows, bad_row_name);
 
-/* A report that cannot be read changes nothing: what is down stays down */
+/* An invalid report changes nothing: pressed keys stay pressed */
 static void bad_report_test(struct kunit *test)
 {
 	static const u8 desc[] = { DESC_INPUT(4, 5), DESC_FEATURE(6, 7), DESC_INPUT(9, 5) };
@@ -339,7 +339,7 @@ static void two_pendants_test(struct kunit *test)
 	forget_events();
 	REPORT(test, one, 4, 1, 0, 0x14, 0, 1);
 	EXPECT_EVENTS(test, SELECT(6), ONE_HOT(6, 1), SCAN(1), KEY(1, 1), SYN);
-	/* the same codes: a press of its own, and the selector's code as HB03 has it */
+	/* the same codes: a separate press, and the code of the selector as for HB03 */
 	REPORT(test, two, 4, 1, 0, 0x14, 0, 1);
 	EXPECT_EVENTS(test, SELECT(5), ONE_HOT(5, 1), SCAN(1), KEY(1, 1), SYN);
 
@@ -376,12 +376,12 @@ static void remap_test(struct kunit *test)
 	REPORT(test, pendant, 4, 0, 0, 0x11, 0, 1);
 	EXPECT_EVENTS(test, SELECT(1), { EV_KEY, BTN_0, 1 }, SYN);
 
-	/* scan codes that are no key's are as good as none; beyond the table is an error */
+	/* scan codes of no key are an error, and so are those beyond the table */
 	KUNIT_EXPECT_NE(test, 0, remap(input, 0x27, BTN_1));
 	KUNIT_EXPECT_NE(test, 0, remap(input, 0xff, BTN_1));
 }
 
-/* Two scan codes on one key code: it is down while either is */
+/* Two scan codes with one key code: it is pressed while either is */
 static void remap_shared_test(struct kunit *test)
 {
 	struct pendant *pendant = pendant_good(test);
@@ -401,7 +401,7 @@ static void remap_shared_test(struct kunit *test)
 	EXPECT_EVENTS(test, SCAN(2), { EV_KEY, BTN_0, 0 }, SYN);
 }
 
-/* A key is held while its code changes: the old one must not stay down */
+/* A key is held while its code changes: the old one must not stay pressed */
 static void remap_held_test(struct kunit *test)
 {
 	struct pendant *pendant = pendant_good(test);
@@ -417,7 +417,7 @@ static void remap_held_test(struct kunit *test)
 	KUNIT_EXPECT_FALSE(test, test_bit(BTN_0, input->key));
 	KUNIT_EXPECT_FALSE(test, test_bit(BTN_1, input->key));
 
-	/* a key's code given to a selector's and taken back leaves the selector its own */
+	/* a key with the code of a selector, set back: the selector keeps its code */
 	KUNIT_ASSERT_EQ(test, 0, remap(input, 3, BTN_TRIGGER_HAPPY31));
 	KUNIT_ASSERT_EQ(test, 0, remap(input, 3, BTN_TRIGGER_HAPPY3));
 	forget_events();
@@ -436,7 +436,7 @@ static void suspend_test(struct kunit *test)
 	forget_events();
 	KUNIT_ASSERT_EQ(test, 0, hid_driver_suspend(pendant->hdev, PMSG_SUSPEND));
 	EXPECT_EVENTS(test, SELECT(0), ONE_HOT(1, 0), SCAN(2), KEY(2, 0), SYN);
-	/* the transport still brings what was on its way: it must not press the key again */
+	/* the transport still delivers a pending report: it must not press the key again */
 	REPORT(test, pendant, 4, 2, 0, 0x11, 1, 1);
 	expect_no_event(test);
 
@@ -463,7 +463,7 @@ static void unplug_test(struct kunit *test)
 		      SCAN(0x0c), KEY(0x0c, 0), SYN);
 }
 
-/* The driver waits for the transfer in flight, and begins no other */
+/* The driver waits for the transfer in flight, and starts no other */
 static void unplug_in_frame_test(struct kunit *test)
 {
 	struct pendant *pendant = pendant_good(test);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * KUnit: the XHC pendant's driver with a WHB04B
+ * KUnit: the driver of XHC pendants with a WHB04B
  * See xhc_hid_test.c.
  */
 
@@ -12,7 +12,7 @@
 #define WHB_CHUNKS	3
 #define THROTTLE(position)	{ EV_ABS, ABS_THROTTLE, (position) }
 
-/* As a replacement firmware has it, which is said to have it from a unit */
+/* From a replacement firmware, which reportedly copied it from a unit */
 static const u8 whb_desc[] = {
 	0x06, 0x00, 0xff, 0x09, 0x01, 0xa1, 0x01, 0x85, 0x04, 0x09, 0x01, 0x15, 0x00,
 	0x26, 0x00, 0xff, 0x75, 0x08, 0x95, 0x07, 0x81, 0x02, 0xc0,
@@ -35,7 +35,7 @@ static void whb_report_of(struct kunit *test, struct pendant *pendant, u8 seed, 
 	static u8 random;
 	u8 inverse, report[8] = { 4, random += 0x3b, key1, key2, feed, axis, wheel };
 
-	/* with this bit each two of the seeds in use differ */
+	/* with this bit all seeds in use are distinguishable */
 	report[1] |= 0x80;
 	inverse = ~report[1];
 	report[7] = (u8)(inverse + key1) ^ (seed | inverse);
@@ -55,7 +55,7 @@ static void whb_wait_frames(struct kunit *test, struct pendant *pendant, unsigne
 			      frames);
 }
 
-/* Not for so long that the driver takes it for silence */
+/* For a time that is too short to be silence for the driver */
 static void whb_no_more_frames(struct kunit *test, struct pendant *pendant, unsigned int frames)
 {
 	msleep(500);
@@ -84,7 +84,7 @@ static void whb_probe_test(struct kunit *test)
 	KUNIT_EXPECT_MEMEQ(test, pendant->chunk[0], first, sizeof(first));
 	whb_no_more_frames(test, pendant, 1);
 
-	/* HB03 and HB04 are without the second rotary switch, and without B and C */
+	/* HB03 and HB04 have no second rotary switch, and neither B nor C */
 	pendant = pendant_good(test);
 	input = pendant_input(pendant);
 	KUNIT_ASSERT_NOT_NULL(test, input);
@@ -140,7 +140,7 @@ static void whb_unknown_test(struct kunit *test)
 	KUNIT_EXPECT_EQ(test, pendant_stat(test, pendant, "unknown_keys"), 5);
 }
 
-/* Reports that stream make no event at all, but detents among them do */
+/* Streamed reports cause no events, except for detents in them */
 static void whb_stream_test(struct kunit *test)
 {
 	struct pendant *pendant = whb_good(test);
@@ -160,7 +160,7 @@ static void whb_stream_test(struct kunit *test)
 	whb_no_more_frames(test, pendant, 2);
 }
 
-/* One report follows that of sleep: whatever is in it, it has no meaning */
+/* One report follows that of sleep: its content has no meaning */
 static void whb_sleep_test(struct kunit *test)
 {
 	static const u8 trailing[][5] = {
@@ -182,7 +182,7 @@ static void whb_sleep_test(struct kunit *test)
 		expect_no_event(test);
 		KUNIT_EXPECT_EQ(test, attribute_get(test, &pendant->hdev->dev, NULL, "awake"), 0);
 
-		/* and awake again, with the wheel at once */
+		/* and awake again, immediately with the wheel */
 		whb_report(test, pendant, 0, 0, 0x0e, 0x13, 1);
 		EXPECT_EVENTS(test, SELECT(3), ONE_HOT(3, 1), THROTTLE(2), WHEEL(1), SYN);
 		whb_report(test, pendant, 0, 0, 0x0d, 0x06, 0);
@@ -204,7 +204,7 @@ static void whb_sleep_suspend_test(struct kunit *test)
 	EXPECT_EVENTS(test, SELECT(1), ONE_HOT(1, 1), THROTTLE(1), SCAN(2), KEY(2, 1), SYN);
 }
 
-/* The radio is lost while reports stream */
+/* The radio link is lost while reports are streamed */
 static void whb_silence_test(struct kunit *test)
 {
 	struct pendant *pendant = whb_good(test);
@@ -213,7 +213,7 @@ static void whb_silence_test(struct kunit *test)
 		whb_report(test, pendant, 0x04, 0, 0x0e, 0x14, 0);
 		msleep(400);
 	}
-	/* it was heard all the time */
+	/* reports were received all the time */
 	KUNIT_EXPECT_EQ(test, attribute_get(test, &pendant->hdev->dev, NULL, "awake"), 1);
 	whb_wait_frames(test, pendant, 2);
 	forget_events();
@@ -224,7 +224,7 @@ static void whb_silence_test(struct kunit *test)
 	expect_no_event(test);
 	whb_no_more_frames(test, pendant, 2);
 
-	/* heard again: it has missed what was sent meanwhile */
+	/* reports again: it has missed frames sent in the meantime */
 	whb_report(test, pendant, 0, 0, 0x0e, 0x14, 0);
 	EXPECT_EVENTS(test, SELECT(4), ONE_HOT(4, 1), THROTTLE(2), SYN);
 	whb_wait_frames(test, pendant, 3);
@@ -234,7 +234,7 @@ static void whb_silence_test(struct kunit *test)
 	EXPECT_EVENTS(test, SELECT(0), ONE_HOT(4, 0), THROTTLE(0), SYN);
 }
 
-/* What is silent by nature stays as it is: the selector off, no stream seen, another model */
+/* Expected silence changes nothing: the selector off, no stream received, another model */
 static void whb_no_silence_test(struct kunit *test)
 {
 	struct pendant *pendant = whb_good(test);
@@ -258,7 +258,7 @@ static void whb_no_silence_test(struct kunit *test)
 	expect_no_event(test);
 }
 
-/* Stopped while it waits for the next report of a stream */
+/* Stopped while waiting for the next report of a stream */
 static void whb_silence_unplug_test(struct kunit *test)
 {
 	struct pendant *pendant = whb_good(test);
@@ -279,7 +279,7 @@ static void whb_silence_unplug_test(struct kunit *test)
 	msleep(2000);
 }
 
-/* Reset, or sent a frame by another writer: its check byte is of another seed */
+/* After a reset, or a frame by another writer: its check byte has another seed */
 static void whb_seed_test(struct kunit *test)
 {
 	struct pendant *pendant = whb_good(test);
@@ -293,7 +293,7 @@ static void whb_seed_test(struct kunit *test)
 	whb_report(test, pendant, 0, 0, 0x0d, 0x06, 0);
 	whb_no_more_frames(test, pendant, 3);
 
-	/* it misses the frame: one each second, though no two check bytes are the same */
+	/* it misses the frame: one per second, although all check bytes differ */
 	whb_report_of(test, pendant, 0x16, 0, 0, 0x0d, 0x06, 0);
 	whb_wait_frames(test, pendant, 4);
 	for (unsigned int i = 0; i < 50; i++)
@@ -308,7 +308,7 @@ static void whb_seed_test(struct kunit *test)
 	KUNIT_EXPECT_EQ(test, pendant_stat(test, pendant, "xor_mismatches"), 102);
 }
 
-/* A clone that has no such check byte costs one frame, however often it reports */
+/* A clone without this check byte costs one frame, for any number of reports */
 static void whb_clone_test(struct kunit *test)
 {
 	struct pendant *pendant = whb_good(test);
@@ -323,7 +323,7 @@ static void whb_clone_test(struct kunit *test)
 	KUNIT_EXPECT_EQ(test, pendant_stat(test, pendant, "xor_mismatches"), 20);
 }
 
-/* While the first frame is on its way, its seed is as good as none */
+/* While the first frame is being sent, its seed is not used */
 static void whb_seed_in_flight_test(struct kunit *test)
 {
 	struct pendant *pendant = whb_good(test);
@@ -348,7 +348,7 @@ static void whb_crossed_test(struct kunit *test)
 	struct pendant *whb = whb_good(test), *hb = pendant_good(test);
 
 	forget_events();
-	/* the HID core fills up a report that is too short, but the driver gets it as received */
+	/* the HID core pads a report that is too short, but the driver gets it as received */
 	REPORT(test, whb, 4, 0x01, 0x02, 0x11, 1, 0);
 	REPORT(test, hb, 4, 0x5a, 0x01, 0x02, 0x0d, 0x11, 1, 0);
 	expect_no_event(test);

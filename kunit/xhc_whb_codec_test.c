@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * KUnit: the XHC pendant's codec, as far as it is of the WHB04B
+ * KUnit: the codec of XHC pendants, for the WHB04B
  *
- * The same text runs in a kernel and, under sanitizers, on the host. "field" in a row's name
- * stands for frames of a program that runs on real units, and for captures of their reports.
+ * The same source runs in a kernel and, under sanitizers, on the host. "field" in the name of a row
+ * means frames of a program that is used with real units, and captures of their reports.
  */
 
 #include <kunit/test.h>
 #include <linux/module.h>
 
-/* not linked but included: no symbol of the codec is exported, nor need be */
+/* not linked but included: the codec exports no symbols */
 #include "../drivers/hid-xhc/xhc-codec.c"
 
 #define SEED		0xfe
@@ -51,7 +51,7 @@ struct report_row {
 	struct xhc_input_state want;
 };
 
-/* The check byte is right for the seed FEh in each row */
+/* The check byte of each row is valid for the seed FEh */
 static const struct report_row report_rows[] = {
 	{ "field: idle at X, 5 %", { 0x04, 0xba, 0x00, 0x00, 0x0e, 0x11, 0x00, 0xba },
 	  { .selector = XHC_SEL_X, .selector_ok = true,
@@ -128,7 +128,7 @@ static void report_test(struct kunit *test)
 	KUNIT_EXPECT_TRUE(test, xhc_report_matches(whb04b(), data, SEED));
 }
 
-/* A report of the other shape is refused, in both directions, and nothing beyond it is read */
+/* A report of the other format is refused, for both models, and nothing beyond it is read */
 static void report_refused_test(struct kunit *test)
 {
 	static const u8 good[16] = { 4, 0xba, 1, 0, 0x0e, 0x11, 0, 0xbb };
@@ -201,7 +201,7 @@ static void check_test(struct kunit *test)
 	}
 }
 
-/* Only the first key is in it: neither the second one, nor a rotary switch, nor the wheel */
+/* Only the first key changes it: neither the second one, nor a rotary switch, nor the wheel */
 static void check_of_others_test(struct kunit *test)
 {
 	for (size_t at = 3; at < 7; at++)
@@ -272,7 +272,7 @@ KUNIT_ARRAY_PARAM_DESC(frame, frame_rows, name);
 static void frame_test(struct kunit *test)
 {
 	const struct frame_row *row = test->param_value;
-	/* what WHB04B does not show must not matter */
+	/* values that WHB04B does not display must not matter */
 	struct xhc_display display = {
 		.position = { [XHC_MACHINE_X] = 1, 2, 3 },
 		.number = { row->feedrate_override, row->spindle_override, 7, 8 },

@@ -2,19 +2,19 @@
 /*
  * KUnit: content of the packets of the backchannel
  *
- * Numbers, names and sizes are typed from the description of the format, not taken from the codec.
+ * Numbers, names and sizes are from the description of the format, not from the codec.
  */
 
 #include <kunit/test.h>
 #include <linux/module.h>
 
-/* not linked but included: no symbol of the codec is exported, nor need be */
+/* not linked but included: the codec exports no symbols */
 #include "../drivers/xy3/xy3-packet.c"
 
 #define COMPONENTS	22
 #define AXES		5
 
-/* A packet in memory of exactly its size: one byte read too many is seen */
+/* A packet in memory of exactly its size: reads beyond it are detected */
 static struct xy3_packet packet_of(struct kunit *test, u8 type, const void *payload, u8 length)
 {
 	u8 *raw = kunit_kmalloc(test, 3 + length, GFP_KERNEL);
@@ -77,7 +77,7 @@ static void temperature_test(struct kunit *test)
 		memset(got, 0x5a, COMPONENTS * sizeof(*got));
 		KUNIT_EXPECT_EQ(test, count, xy3_packet_temperatures(&packet, big ?
 				XY3_BIG_ENDIAN : XY3_LITTLE_ENDIAN, got));
-		/* left out, a component is as one without a thermometer: nothing old stays */
+		/* a missing component is like one without a sensor: no old value is kept */
 		for (unsigned int i = 0; i < COMPONENTS; i++)
 			KUNIT_EXPECT_EQ_MSG(test, got[i], i < count ? want[i] : -32767,
 					    "component %u, big %u", i, big);
@@ -170,7 +170,7 @@ static void frame_errors_test(struct kunit *test)
 
 /* ---- error states ---- */
 
-/* Of every length: bytes unchanged, and no error where the packet is too short for one */
+/* Every length: bytes are unchanged, and missing ones are no error */
 static void errors_test(struct kunit *test)
 {
 	static const u8 payload[COMPONENTS] = {
@@ -190,9 +190,9 @@ static void errors_test(struct kunit *test)
 	}
 }
 
-/* ---- packets that are something else ---- */
+/* ---- packets of other types ---- */
 
-/* Every reader for every type: only its own type gives values, and no old ones stay */
+/* Every reader with every type: only its own type has values, and no old ones are kept */
 static void other_type_test(struct kunit *test)
 {
 	static const u8 payload[20] = { [0 ... 19] = 1 };
@@ -274,7 +274,7 @@ static void text_test(struct kunit *test)
 	KUNIT_EXPECT_STREQ(test, text, row->want);
 }
 
-/* The longest, and what an unknown type may have: the room is 256 at most */
+/* The longest, and that of an unknown type: the buffer has at most 256 bytes */
 static void text_long_test(struct kunit *test)
 {
 	static u8 payload[255];

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * KUnit: the scanhead's driver - what users set and read: rates, commands, what the head reports
+ * KUnit: the driver of scanheads - attributes: rates, commands, values reported by the head
  *
- * By way of the attributes, with a UART of xy3_rig_serdev.h and a forward channel of xy3_rig.h.
+ * With a UART of xy3_rig_serdev.h and a forward channel of xy3_rig.h.
  */
 
 #include <linux/delay.h>
@@ -31,7 +31,7 @@ static void rate_row_name(const struct rate_row *row, char *name)
 
 KUNIT_ARRAY_PARAM(rate, rate_rows, rate_row_name);
 
-/* The head gets the command at the old rate, and then the UART is set; there and back */
+/* The head gets the command at the old rate, and then the UART is set; in both directions */
 static void rate_test(struct kunit *test)
 {
 	const struct rate_row *row = test->param_value;
@@ -58,7 +58,7 @@ static void rate_test(struct kunit *test)
 	EXPECT_SHOWS(test, head, "in_sync", "1");
 }
 
-/* A head without an ear for the command is given three seconds, then both ends are as before */
+/* If the head ignores the command, both ends have the old rate again after three seconds */
 static void rate_deaf_head_test(struct kunit *test)
 {
 	struct uart *uart = uart_come(test, NULL);
@@ -79,7 +79,7 @@ static void rate_deaf_head_test(struct kunit *test)
 	EXPECT_SHOWS(test, head, "in_sync", "1");
 }
 
-/* Sync that was on its way when the UART moved is the old rate's, and no proof */
+/* Sync in transit when the rate of the UART changed is of the old rate, and proves nothing */
 static void rate_late_sync_test(struct kunit *test)
 {
 	struct uart *uart = uart_come(test, NULL);
@@ -96,7 +96,7 @@ struct one_sync {
 	unsigned int calls;
 };
 
-/* For a sync source: what puts a receiver in sync, once, 100 ms after the UART was moved */
+/* For a sync source: one sync sequence, 100 ms after the rate of the UART was changed */
 static void send_one_sync(void *data, unsigned int rate)
 {
 	static const u8 sync[] = { SYNC, 0x48 };
@@ -108,7 +108,7 @@ static void send_one_sync(void *data, unsigned int rate)
 	serdev_controller_receive_buf(one->uart->ctrl, sync, sizeof(sync));
 }
 
-/* It may be longer on its way than the driver waits: one sync packet alone is no proof */
+/* One sync packet proves nothing: it may be in transit for longer than the driver waits */
 static void rate_one_sync_test(struct kunit *test)
 {
 	struct one_sync *one = kunit_kzalloc(test, sizeof(*one), GFP_KERNEL);
@@ -124,7 +124,7 @@ static void rate_one_sync_test(struct kunit *test)
 	EXPECT_SHOWS(test, head, "rate", "115200");
 }
 
-/* A head that has restarted gets the command for the rate in force again; another does not */
+/* A restarted head gets the command for the current rate again; another head does not */
 static void rate_again_test(struct kunit *test)
 {
 	struct uart *uart = uart_come(test, NULL);
@@ -153,7 +153,7 @@ static void parting_work(struct work_struct *work)
 	parting->leave(parting->data);
 }
 
-/* Nobody who leaves has to wait for a head that is not there */
+/* Removing a transport does not wait for a head that does not respond */
 static void expect_parting(struct kunit *test, struct xy3_head *head, void (*leave)(void *data),
 			   void *data)
 {
@@ -190,11 +190,11 @@ static void rate_forward_leaves_test(struct kunit *test)
 
 	expect_parting(test, head, forward_leave, forward);
 	EXPECT_SHOWS(test, head, "rate", "115200");
-	/* and now there is nothing to wait for */
+	/* and now there is no wait */
 	KUNIT_EXPECT_EQ(test, store(head, "rate", "57600"), 0);
 }
 
-/* What comes at the new rate is another stream */
+/* Data at the new rate are another stream */
 static void rate_sync_test(struct kunit *test)
 {
 	struct uart *uart = uart_come(test, NULL);
@@ -207,7 +207,7 @@ static void rate_sync_test(struct kunit *test)
 	SEND(test, uart, 'b', 'c', SYNC, SYNC);
 	EXPECT_SHOWS(test, head, "in_sync", "1");
 	EXPECT_SHOWS_ERROR(test, head, "vendor", -ENODATA);
-	/* the packet that was begun, and what came next */
+	/* the incomplete packet, and the bytes after it */
 	EXPECT_SHOWS(test, head, "stats/dropped_bytes", "6");
 	EXPECT_SHOWS(test, head, "stats/resyncs", "1");
 }
@@ -237,7 +237,7 @@ static bool can_up_to_460800(unsigned int rate)
 	return rate <= 460800;
 }
 
-/* The UART refuses: the head gets the command for the old rate, which stays */
+/* The UART refuses: the head gets the command for the old rate, which is kept */
 static void rate_uart_refuses_test(struct kunit *test)
 {
 	struct uart *uart = uart_come(test, NULL);
@@ -272,7 +272,7 @@ static void rate_forward_refuses_test(struct kunit *test)
 	EXPECT_SHOWS(test, head, "in_sync", "1");
 }
 
-/* A UART's divider seldom meets a rate exactly */
+/* The divider of a UART seldom has the exact rate */
 static void rate_rounded_test(struct kunit *test)
 {
 	struct uart *uart = uart_come(test, NULL);
@@ -373,7 +373,7 @@ static void command_test(struct kunit *test)
 	else
 		expect_no_call(test);
 
-	/* without a forward channel a good text is -ENODEV, a bad one still -EINVAL */
+	/* without a forward channel a valid text is -ENODEV, an invalid one still -EINVAL */
 	uart_come(test, NULL);
 	forward_leave(forward);
 	KUNIT_EXPECT_EQ(test, store(head, row->attribute, row->text),
@@ -395,7 +395,7 @@ static void command_refused_test(struct kunit *test)
 	EXPECT_CALLS(test, { FRAME, 0x100001 });
 }
 
-/* ---- what the head reports ---- */
+/* ---- values reported by the head ---- */
 
 static void identity_test(struct kunit *test)
 {
@@ -432,7 +432,7 @@ static void byte_order_test(struct kunit *test)
 	EXPECT_SHOWS(test, head, "frame_errors/x", "1");
 	EXPECT_SHOWS(test, head, "frame_errors/w", "4278190080");
 
-	/* the same again forgets nothing; the other forgets the numbers, but no error */
+	/* setting the same order keeps all values; the other one clears numbers, but no errors */
 	KUNIT_EXPECT_EQ(test, store(head, "byte_order", "big\n"), 0);
 	EXPECT_SHOWS(test, head, "hours/head", "256");
 	KUNIT_EXPECT_EQ(test, store(head, "byte_order", "middle"), -EINVAL);
@@ -445,7 +445,7 @@ static void byte_order_test(struct kunit *test)
 	EXPECT_SHOWS(test, head, "hours/head", "65536");
 }
 
-/* The byte order of a UART goes with it; one that a user has set stays */
+/* The byte order of a UART is reset when it is removed; one set by a user is kept */
 static void byte_order_of_uart_test(struct kunit *test)
 {
 	struct uart *uart = uart_come(test, &(struct firmware_text){ .big_endian = true });
@@ -474,7 +474,7 @@ static void errors_test(struct kunit *test)
 	EXPECT_SHOWS(test, head, "errors/driver_x", "mechanical");
 	EXPECT_SHOWS(test, head, "errors/driver_y", "100");
 	EXPECT_SHOWS_ERROR(test, head, "errors/driver_z", -ENODATA);
-	/* the next one takes the place of the whole */
+	/* the next one replaces all of it */
 	SEND(test, uart, TEXT_PACKET(7, 1), 4);
 	EXPECT_SHOWS(test, head, "errors/head", "power");
 	EXPECT_SHOWS_ERROR(test, head, "errors/dsp", -ENODATA);
@@ -514,7 +514,7 @@ static void hwmon_test(struct kunit *test)
 	KUNIT_EXPECT_GT(test, show_in(hwmon, hwmon->groups, "temp1_input"), 0);
 	KUNIT_EXPECT_STREQ(test, rig_page, "100000\n");
 
-	/* a component that the newest packet leaves out has no fault */
+	/* a component that is not in the newest packet has no fault */
 	SEND(test, uart, TEXT_PACKET(7, 3), 1, 0, 1);
 	KUNIT_EXPECT_GT(test, show_in(hwmon, hwmon->groups, "temp3_fault"), 0);
 	KUNIT_EXPECT_STREQ(test, rig_page, "1\n");
@@ -534,7 +534,7 @@ static void counters_test(struct kunit *test)
 	struct uart *uart = uart_come(test, NULL);
 	struct xy3_head *head = uart_head(uart);
 
-	/* two bytes of nothing, sync, an unknown packet, a bad length, sync, half a packet */
+	/* two bytes of noise, sync, an unknown packet, a bad length, sync, half a packet */
 	SEND(test, uart, 0x01, 0x48, SYNC, SYNC);
 	SEND(test, uart, TEXT_PACKET(0x30, 2), 0x48, 0x41, TEXT_PACKET(4, 2), 'a', 'b');
 	SEND(test, uart, SYNC, SYNC, TEXT_PACKET(1, 3), 'a');

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * KUnit: command frames, the rates of the backchannel, and texts that name axes
+ * KUnit: command frames, the rates of the backchannel, and texts with names of axes
  *
- * Codes and bits are typed from the description of the format, not taken from the UAPI header.
+ * Codes and bits are from the description of the format, not from the UAPI header.
  */
 
 #include <kunit/test.h>
 #include <linux/module.h>
 #include <linux/unaligned.h>
 
-/* not linked but included: no symbol of the codec is exported, nor need be */
+/* not linked but included: the codec exports no symbols */
 #include "../drivers/xy3/xy3-frame.c"
 
 /* ---- frames made bit by bit ---- */
@@ -26,7 +26,7 @@ static void push(struct bits *bits, bool bit)
 	bits->count++;
 }
 
-/* As a sender would clock it out: size, kind, data and parity, each from its top bit */
+/* In the order of sending: size, kind, data and parity, each from its top bit */
 static struct bits frame_of(bool is_32, bool position, u32 data)
 {
 	unsigned int data_bits = is_32 ? 26 : 20, parity_bits = is_32 ? 4 : 2;
@@ -117,7 +117,7 @@ static void frame_test(struct kunit *test)
 	KUNIT_EXPECT_EQ(test, frame.data, row->data);
 }
 
-/* Data of one bit, of all bits up to it, and of all but it: all parities but one are bad */
+/* Data of one bit, of all bits up to it, and of all others: all parities except one are bad */
 static void parity_test(struct kunit *test)
 {
 	for (unsigned int which = 0; which < 4 * 3 * 26; which++) {
@@ -145,7 +145,7 @@ static void parity_test(struct kunit *test)
 	}
 }
 
-/* Of a good frame, each single bit that is flipped in data or parity is noticed */
+/* Each single flipped bit in data or parity of a good frame is detected */
 static void flip_test(struct kunit *test)
 {
 	for (unsigned int kind = 0; kind < 4; kind++) {
@@ -166,7 +166,7 @@ static void flip_test(struct kunit *test)
 
 /* ---- frames as numbers ---- */
 
-/* A frame of all of @data's bits that count, as the bits that a sender would clock out */
+/* A frame with the significant bits of @data, as the bits that a sender sends */
 static void check_made(struct kunit *test, bool is_32, u32 data)
 {
 	u32 word = is_32 ? xy3_frame32(data) : xy3_frame24(data);
@@ -202,7 +202,7 @@ static void made_test(struct kunit *test)
 		check_made(test, which & 1, which / 2 % 3 == 0 ? bit :
 			   which / 2 % 3 == 1 ? bit - 1 : ~bit);
 	}
-	/* no order in these, and the same ones each time */
+	/* pseudo-random, the same ones each time */
 	for (unsigned int i = 0; i < 20000; i++) {
 		data ^= data << 13;
 		data ^= data >> 17;
@@ -215,7 +215,7 @@ static void made_test(struct kunit *test)
 
 struct command_row {
 	const char *name;
-	u32 header;	/* as the UAPI header has it */
+	u32 header;	/* as in the UAPI header */
 	u32 document;
 	bool axes;
 };
@@ -236,7 +236,7 @@ static const struct command_row command_rows[] = {
 
 KUNIT_ARRAY_PARAM_DESC(command, command_rows, name);
 
-/* With every set of axes: the frame is the one made bit by bit, and reads back, in both sizes */
+/* With each set of axes: the frame is equal to that made bit by bit, and decodes, in both sizes */
 static void command_test(struct kunit *test)
 {
 	const struct command_row *row = test->param_value;
@@ -270,14 +270,14 @@ static void encode_test(struct kunit *test)
 	static const u8 calibrate_x_w[3] = { 0x30, 0x00, 0x44 };
 	u8 raw[3];
 
-	/* bits over the 20 change neither data nor parity */
+	/* bits above the 20 change neither data nor parity */
 	xy3_encode_command(0xfff00000 | 0xc0011, raw);
 	KUNIT_EXPECT_MEMEQ(test, raw, calibrate_x_w, 3);
 }
 
 static void axis_test(struct kunit *test)
 {
-	/* the document's flags: X 1, Y 2, Z 4, U 8, W 16 */
+	/* the flags of the document: X 1, Y 2, Z 4, U 8, W 16 */
 	KUNIT_EXPECT_EQ(test, XY3_COMMAND_AXIS(XY3_AXIS_X), 0x01U);
 	KUNIT_EXPECT_EQ(test, XY3_COMMAND_AXIS(XY3_AXIS_Y), 0x02U);
 	KUNIT_EXPECT_EQ(test, XY3_COMMAND_AXIS(XY3_AXIS_Z), 0x04U);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * KUnit: the scanhead's driver - heads and their two transports, rates, commands, the serdev
+ * KUnit: the driver of scanheads - heads and their two transports, rates, commands, the serdev
  *
- * xy3.ko is loaded as users load it, with the UARTs of xy3_rig_serdev.h on one side and the
- * forward channels of xy3_rig.h on the other. Line discipline and tty have suites of their own.
+ * xy3.ko is loaded like by users, with the UARTs of xy3_rig_serdev.h on one side and the forward
+ * channels of xy3_rig.h on the other. Line discipline and tty have separate suites.
  */
 
 #include <linux/delay.h>
@@ -72,7 +72,7 @@ static void join_test(struct kunit *test)
 	KUNIT_EXPECT_EQ(test, heads(), 0);
 }
 
-/* A transport that goes and comes back finds its head again, with the counters it had */
+/* A transport that is removed and added again finds its head, with its old counters */
 static void come_back_test(struct kunit *test)
 {
 	struct forward *forward = forward_come(test);
@@ -106,7 +106,7 @@ static void numbers_test(struct kunit *test)
 		forwards[i] = forward_come(test);
 		KUNIT_EXPECT_EQ(test, forwards[i]->xy3.head->number, i);
 	}
-	/* the lowest one that is free */
+	/* the lowest free one */
 	forward_leave(forwards[1]);
 	forward_leave(forwards[0]);
 	late = forward_come(test);
@@ -117,7 +117,7 @@ static void numbers_test(struct kunit *test)
 	KUNIT_EXPECT_EQ(test, late->xy3.head->number, 3);
 }
 
-/* The lowest-numbered head that lacks it, whichever came last */
+/* The head with the lowest number that lacks it, independent of the order of creation */
 static void lowest_test(struct kunit *test)
 {
 	struct forward *forwards[3];
@@ -149,7 +149,7 @@ static void full_test(struct kunit *test)
 	KUNIT_EXPECT_FALSE(test, forward_attached(one_too_many));
 	KUNIT_EXPECT_EQ(test, heads(), XY3_HEADS_MAX);
 
-	/* control: a head that lacks a transport still takes it, and room can be made */
+	/* control: a head that lacks a transport still accepts it, and numbers can be freed */
 	uart = uart_come(test, NULL);
 	KUNIT_EXPECT_EQ(test, uart_head(uart)->number, 0);
 	forward_leave(first);
@@ -192,7 +192,7 @@ static void named_back_first_test(struct kunit *test)
 	struct uart *other = uart_come(test, NULL);
 	struct forward *forward;
 
-	/* head 0 has a promise of its forward channel: no other one is put there */
+	/* the forward channel of head 0 is reserved: no other one joins it */
 	forward = forward_come(test);
 	KUNIT_EXPECT_PTR_EQ(test, forward->xy3.head, uart_head(other));
 	forward = forward_come(test);
@@ -202,7 +202,7 @@ static void named_back_first_test(struct kunit *test)
 	KUNIT_ASSERT_EQ(test, 0, xy3_forward_attach(&forward->xy3));
 	KUNIT_EXPECT_PTR_EQ(test, forward->xy3.head, uart_head(named));
 
-	/* and it stays promised */
+	/* and it remains reserved */
 	forward_leave(forward);
 	KUNIT_EXPECT_EQ(test, forward_come(test)->xy3.head->number, 3);
 	KUNIT_ASSERT_EQ(test, 0, xy3_forward_attach(&forward->xy3));
@@ -223,7 +223,7 @@ static void named_forward_first_test(struct kunit *test)
 	KUNIT_EXPECT_PTR_EQ(test, uart_head(plain), other->xy3.head);
 }
 
-/* A head that lacks a forward channel is not the one that firmware names */
+/* A head that lacks a forward channel is not the one given in firmware */
 static void named_elsewhere_test(struct kunit *test)
 {
 	struct device_node *node = firmware_forward(test), *else_node = firmware_forward(test);
@@ -236,7 +236,7 @@ static void named_elsewhere_test(struct kunit *test)
 	KUNIT_EXPECT_EQ(test, heads(), 2);
 }
 
-/* The place is taken by a backchannel that is not named */
+/* The place is taken by a backchannel that is not in firmware */
 static void named_taken_test(struct kunit *test)
 {
 	struct device_node *node = firmware_forward(test);
@@ -257,7 +257,7 @@ static void named_taken_test(struct kunit *test)
 	KUNIT_EXPECT_PTR_EQ(test, uart_head(named), forward->xy3.head);
 }
 
-/* Two backchannels, one forward channel: the second is a mistake */
+/* Two backchannels, one forward channel: the second one is refused */
 static void named_twice_test(struct kunit *test)
 {
 	struct device_node *node = firmware_forward(test);
@@ -309,7 +309,7 @@ static void choice_test(struct kunit *test)
 	forward = forward_come(test);
 	KUNIT_EXPECT_PTR_EQ(test, forward->xy3.head, uart_head(uarts[1]));
 
-	/* for once only, also when it comes to nothing */
+	/* only once, also if it fails */
 	expect_choice(test, "auto\n");
 	KUNIT_ASSERT_EQ(test, choose(test, "xy3-1"), 0);
 	KUNIT_EXPECT_EQ(test, xy3_forward_attach(&fail->xy3), -EBUSY);
@@ -363,8 +363,8 @@ static void choice_text_test(struct kunit *test)
 }
 
 /*
- * The user has given another forward channel the place that firmware promises. The promised one is
- * refused then, as a backchannel is; the first one stays what the head's commands go to.
+ * The user has given the place reserved by firmware to another forward channel. The reserved one is
+ * refused then, like a backchannel; commands of the head still go to the first one.
  */
 static void named_forward_taken_test(struct kunit *test)
 {
@@ -379,7 +379,7 @@ static void named_forward_taken_test(struct kunit *test)
 	KUNIT_EXPECT_EQ(test, xy3_forward_attach(&promised->xy3), -EBUSY);
 	KUNIT_EXPECT_PTR_EQ(test, head->forward, &first->xy3);
 
-	/* the head lives until the last of its transports has left */
+	/* the head exists until the last of its transports is removed */
 	uart_unplug(named);
 	forward_leave(promised);
 	KUNIT_EXPECT_EQ(test, heads(), 1);
@@ -395,7 +395,7 @@ static void fail_allocation(unsigned int nth)
 #endif
 }
 
-/* The kernel must have FAILSLAB, and its ignore-gfp-wait be off */
+/* Requires FAILSLAB, with ignore-gfp-wait off */
 static bool allocations_fail(void)
 {
 	void *memory;
@@ -407,7 +407,7 @@ static bool allocations_fail(void)
 	return !memory;
 }
 
-/* udev's rules write to the attributes of a head as soon as it is there */
+/* udev rules write to the attributes of a head as soon as it exists */
 static int write_and_fail(struct device *dev)
 {
 	store(to_xy3_head(dev), "autobaud", "1");
@@ -415,7 +415,7 @@ static int write_and_fail(struct device *dev)
 	return 0;
 }
 
-/* There is no memory for the tty of a new head; what a write to it has started ends with it */
+/* Out of memory for the tty of a new head; work started by a write to it ends with it */
 static void no_tty_test(struct kunit *test)
 {
 	struct class_interface writer = { .class = xy3_class, .add_dev = write_and_fail };
@@ -509,7 +509,7 @@ static bool can_all_but_115200(unsigned int rate)
 	return rate != 115200;
 }
 
-/* The UART cannot do what firmware requests: there is no use in listening at another rate */
+/* The UART does not support the rate of firmware: it does not listen at another rate */
 static void probe_refused_test(struct kunit *test)
 {
 	struct uart *uart = uart_make(test);
@@ -521,7 +521,7 @@ static void probe_refused_test(struct kunit *test)
 	KUNIT_EXPECT_EQ(test, heads(), 0);
 }
 
-/* A UART that cannot do without a parity bit would give no valid byte */
+/* A UART that cannot disable the parity bit would receive no valid byte */
 static void parity_refused_test(struct kunit *test)
 {
 	struct uart *uart = uart_make(test);
@@ -533,7 +533,7 @@ static void parity_refused_test(struct kunit *test)
 	KUNIT_EXPECT_EQ(test, heads(), 0);
 }
 
-/* Data that come while there is no head yet */
+/* Data received while there is no head yet */
 static void early_data_test(struct kunit *test)
 {
 	struct uart *uart = uart_make(test);
@@ -570,7 +570,7 @@ static int flow_thread(void *data)
 	return 0;
 }
 
-/* The head goes on sending while its driver goes, comes and goes */
+/* The head continues to send while its driver is unbound and bound repeatedly */
 static void remove_in_flow_test(struct kunit *test)
 {
 	struct uart *uart = uart_come(test, NULL);
@@ -582,7 +582,7 @@ static void remove_in_flow_test(struct kunit *test)
 	KUNIT_ASSERT_NOT_ERR_OR_NULL(test, thread);
 	for (unsigned int i = 0; i < 20; i++) {
 		wait_for_completion(&flow.begun);
-		msleep(i * 10);		/* over the 100 ms between notifications */
+		msleep(i * 10);		/* up to beyond 100 ms between notifications */
 		device_release_driver(uart->dev);
 		KUNIT_EXPECT_EQ(test, uart->opened, 0);
 		KUNIT_EXPECT_EQ(test, heads(), 0);
@@ -631,7 +631,7 @@ static void xy3_driver_suite_exit(struct kunit_suite *suite)
 	rig_suite_exit();
 }
 
-/* What the case before has brought it has taken away */
+/* Check that the case before has removed all that it had added */
 static int xy3_driver_init(struct kunit *test)
 {
 	KUNIT_EXPECT_EQ(test, heads(), 0);

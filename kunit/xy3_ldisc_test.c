@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * KUnit: the scanhead's driver - the line discipline on a UART's tty
+ * KUnit: the driver of scanheads - the line discipline on the tty of a UART
  *
- * The UART's tty belongs to xy3_rig_tty.h, so that bytes can be marked as damaged.
+ * The tty of the UART is from xy3_rig_tty.h, so that bytes can be marked as damaged.
  */
 
 #include <linux/cred.h>
@@ -27,14 +27,14 @@ static void attach_test(struct kunit *test)
 	LINE_SEND(test, line, SYNC, SYNC);
 	EXPECT_SHOWS(test, head, "in_sync", "1");
 
-	/* once more is nothing */
+	/* once more has no effect */
 	KUNIT_EXPECT_EQ(test, line_attach(line), 0);
 	KUNIT_EXPECT_EQ(test, heads(), 1);
 	EXPECT_SHOWS(test, head, "in_sync", "1");
 
 	line_detach(line);
 	KUNIT_EXPECT_EQ(test, heads(), 0);
-	/* what comes now is another's */
+	/* data from now on are for another line discipline */
 	LINE_SEND(test, line, SYNC, SYNC);
 	KUNIT_ASSERT_EQ(test, line_attach(line), 0);
 	EXPECT_SHOWS(test, head_of_number(0), "stats/rx_bytes", "0");
@@ -120,7 +120,7 @@ static void hangup_test(struct kunit *test)
 	EXPECT_SHOWS_ERROR(test, head_of_number(0), "serial", -ENODATA);
 }
 
-/* The UART's input modes are put back, unless they were changed meanwhile */
+/* The input modes of the UART are restored, unless they were changed in the meantime */
 static void modes_put_back_test(struct kunit *test)
 {
 	struct line *line = line_open(test, 0);
@@ -164,7 +164,7 @@ static void flag_row_name(const struct flag_row *row, char *name)
 
 KUNIT_ARRAY_PARAM(flag, flag_rows, flag_row_name);
 
-/* A damaged byte takes the packet with it, and sync; nothing of it is believed */
+/* A damaged byte loses the packet, and sync; nothing of the packet is used */
 static void line_error_test(struct kunit *test)
 {
 	static const u8 data[] = { SYNC, SYNC, TEXT_PACKET(1, 3), 'a', 'b', 'c', SYNC, SYNC };
@@ -211,13 +211,13 @@ static void line_error_sync_test(struct kunit *test)
 	}
 	EXPECT_SHOWS(test, head, "stats/line_errors", "4");
 	EXPECT_SHOWS(test, head, "stats/rx_bytes", "20");
-	/* sync was never there, so it was not lost */
+	/* it was never in sync, so sync was not lost */
 	LINE_SEND(test, line, SYNC, SYNC);
 	EXPECT_SHOWS(test, head, "in_sync", "1");
 	EXPECT_SHOWS(test, head, "stats/resyncs", "0");
 }
 
-/* Any errors anywhere: each byte is counted once, and each damaged one */
+/* Any errors at any position: each byte is counted once, and so is each damaged one */
 static void line_error_any_test(struct kunit *test)
 {
 	static const u8 data[] = {
@@ -253,7 +253,7 @@ static void line_error_any_test(struct kunit *test)
 	KUNIT_EXPECT_STREQ(test, rig_page, text);
 }
 
-/* Line errors prove that the rate is wrong: the search for it moves on at once */
+/* Line errors prove that the rate is wrong: the search tries the next one immediately */
 static void search_line_errors_test(struct kunit *test)
 {
 	static const u8 data[] = { 0, 0, 0, 0 };
@@ -264,7 +264,7 @@ static void search_line_errors_test(struct kunit *test)
 
 	forward_come(test);
 	KUNIT_ASSERT_EQ(test, store(head, "autobaud", "1"), 0);
-	/* into the round whose turns last for 4 s */
+	/* until the round with turns of 4 s */
 	KUNIT_ASSERT_TRUE(test, wait_calls(15));
 	clear_call_log();
 	EXPECT_SHOWS(test, head, "rate", "115200");
@@ -275,12 +275,12 @@ static void search_line_errors_test(struct kunit *test)
 	KUNIT_EXPECT_LT(test, ktime_to_ms(ktime_get()) - begin, 2000);
 	EXPECT_CALLS(test, { UART, 230400 });
 
-	/* control: as many bytes without errors do nothing */
+	/* control: the same number of bytes without errors has no effect */
 	line_send(test, line, data, NULL, sizeof(data));
 	msleep(2000);
 	expect_no_call(test);
 	LINE_SEND(test, line, SYNC, SYNC);
-	/* nor do errors of a head that was in sync at this rate, for as long as a turn lasts */
+	/* nor do errors of a head that was in sync at this rate, for the time of a turn */
 	line_send(test, line, data, flags, sizeof(data));
 	msleep(200);
 	LINE_SEND(test, line, SYNC, SYNC);
@@ -288,7 +288,7 @@ static void search_line_errors_test(struct kunit *test)
 	EXPECT_SHOWS(test, head, "rate", "230400");
 }
 
-/* A UART at a rate that no head has: all five come after it, and it does not come again */
+/* A UART at a rate of no head: all five are tried after it, and it is not tried again */
 static void search_odd_rate_test(struct kunit *test)
 {
 	struct line *line = line_open(test, 0);

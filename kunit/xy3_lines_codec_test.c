@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * KUnit: scans over one to eight data lines, against a wire that is asked bit by bit
+ * KUnit: scans over one to eight data lines, against a wire that is computed bit by bit
  *
- * Signals and bits are typed from the description of the format, not taken from the header.
+ * Signals and bits are from the description of the format, not from the header.
  */
 
 #include <kunit/test.h>
 #include <linux/module.h>
 
-/* not linked but included: no symbol of the codec is exported, nor need be */
+/* not linked but included: the codec exports no symbols */
 #include "../drivers/xy3/xy3-lines.c"
 
 enum { X, Y, Z, U, W, SYNC, GATE, NONE };
@@ -23,7 +23,7 @@ struct wire {
 	unsigned int lines;
 	unsigned int frame_bits;
 	u8 signal[8];
-	bool command;	/* the frame is one */
+	bool command;	/* it is a command frame */
 };
 
 static bool has(const struct wire *wire, u8 signal)
@@ -67,13 +67,13 @@ static bool level(const struct wire *wire, const u32 *data, unsigned int line, u
 		return !wire->command && data[GATE_DATA] == 1;
 	if (signal == NONE || clock >= wire->frame_bits)
 		return false;
-	/* the other axes are sent a command without a bit: its first bit is the length */
+	/* the other axes get an empty command: only its first bit, the length, is set */
 	if (wire->command && signal != X)
 		return wire->frame_bits == 32 && !clock;
 	return frame_bit(wire, data[signal], clock);
 }
 
-/* A scan as bytes. Return how many. */
+/* A scan as bytes. Return their number. */
 static size_t slice(const struct wire *wire, const u32 *data, u8 *out)
 {
 	size_t bits = 0;
@@ -88,7 +88,7 @@ static size_t slice(const struct wire *wire, const u32 *data, u8 *out)
 	return bits / 8;
 }
 
-/* What a line is at, read back out of the bytes of scans */
+/* The level of a line, decoded from the bytes of scans */
 static bool line_at(const struct wire *wire, const u8 *bytes, unsigned int line, size_t clock)
 {
 	size_t bit = clock * wire->lines + wire->lines - 1 - line;
@@ -148,7 +148,7 @@ static void check_fields(struct kunit *test, const struct xy3_line_map *map,
 
 #define SCANS	4
 
-/* Scans from the codec, into memory that ends after them, are those of the wire */
+/* Scans of the codec, in memory that ends after them, are equal to those of the wire */
 static void check_scans(struct kunit *test, const struct xy3_line_map *map,
 			const struct wire *wire, u32 *random)
 {
@@ -159,7 +159,7 @@ static void check_scans(struct kunit *test, const struct xy3_line_map *map,
 	KUNIT_ASSERT_NOT_NULL(test, out);
 	KUNIT_ASSERT_NOT_NULL(test, codes);
 	memset(out, 0x5a, SCANS * map->scan_size);
-	/* all 32 bits: those over the code's are to be left off; the gate is high in some scans */
+	/* all 32 bits: those above the code must be dropped; the gate is high in some scans */
 	for (unsigned int i = 0; i < SCANS * map->columns; i++)
 		codes[i] = next_random(random);
 	for (unsigned int i = 0; has(wire, GATE) && i < SCANS; i++)
@@ -278,7 +278,7 @@ static bool legal(const struct wire *wire)
 	return count[X] && !count[NONE + 1] && (!count[SYNC] || wire->lines >= 4);
 }
 
-/* Each signal, and a number that is none, on each of up to four lines */
+/* Each signal, and an invalid number, on each of up to four lines */
 static void every_map_test(struct kunit *test)
 {
 	unsigned int good = 0;
@@ -301,7 +301,7 @@ static void every_map_test(struct kunit *test)
 			check_wire(test, &wire, &random);
 		}
 	/*
-	 * X alone, and k of three other lines carry k of n other signals, in every order: 1;
+	 * X alone, and k of three other lines with k of n other signals, in every order: 1;
 	 * 2 * (1 + 5); 4 * (1 + 3 * 6 + 3 * 30 + 120)
 	 */
 	KUNIT_EXPECT_EQ(test, good, 1 + 12 + 916);
@@ -333,7 +333,7 @@ static void eight_lines_test(struct kunit *test)
 
 struct invalid_row {
 	const char *name;
-	int error;	/* 0 beside those that are refused: nothing but the fault is */
+	int error;	/* 0: the control, without the fault */
 	struct wire wire;
 };
 
@@ -382,11 +382,11 @@ static void invalid_test(struct kunit *test)
 	KUNIT_EXPECT_EQ(test, map_init(test, &map, &row->wire), row->error);
 }
 
-/* ---- bytes worked out by hand ---- */
+/* ---- bytes computed by hand ---- */
 
 struct bytes_row {
 	const char *name;
-	struct wire wire;	/* with a command, the first code is it */
+	struct wire wire;	/* the first code is the command */
 	u32 codes[6];
 	size_t size;
 	u8 bytes[34];
@@ -471,9 +471,9 @@ static void bytes_test(struct kunit *test)
 	KUNIT_EXPECT_MEMEQ(test, out, row->bytes, row->size);
 }
 
-/* ---- what the lines do at all times ---- */
+/* ---- levels of the lines at all times ---- */
 
-/* SYNC, on each line there is: low for a frame, high for two clocks; all others low meanwhile */
+/* SYNC, on each line: low for a frame, high for two clocks, with all other lines low */
 static void gap_test(struct kunit *test)
 {
 	u32 codes[3];
@@ -645,7 +645,7 @@ static void word_test(struct kunit *test)
 
 /* ---- memory ---- */
 
-/* No scan, some scans, a command: what lies on either side stays as it was, at any address */
+/* No scan, some scans, a command: memory on both sides is unchanged, at any address */
 static void bounds_test(struct kunit *test)
 {
 	u32 codes[7 * 5];
@@ -697,7 +697,7 @@ static const struct lanes_row {
 
 KUNIT_ARRAY_PARAM_DESC(lanes, lanes_rows, name);
 
-/* The word of a lane, bit by bit; of the gate it is all ones or none */
+/* The word of a lane, bit by bit; that of the gate is all ones or zeros */
 static u32 lane_word(const struct wire *wire, unsigned int lane, const u32 *data)
 {
 	u8 signal = wire->signal[lane];
@@ -713,7 +713,7 @@ static u32 lane_word(const struct wire *wire, unsigned int lane, const u32 *data
 	return word;
 }
 
-/* By axis, and the gate behind them -> columns of the map */
+/* By axis, then the gate -> columns of the map */
 static unsigned int columns_of(const struct wire *wire, const u32 *data, u32 *codes)
 {
 	unsigned int count = 0;
@@ -751,7 +751,7 @@ static void lanes_test(struct kunit *test)
 	}
 	KUNIT_ASSERT_EQ(test, count, 4 * map.columns);
 
-	/* in memory that has not a byte more */
+	/* in memory of the exact size */
 	out = kunit_kmalloc(test, 4 * map.scan_size, GFP_KERNEL);
 	KUNIT_ASSERT_NOT_NULL(test, out);
 	memset(out, 0x5a, 4 * map.scan_size);
@@ -761,7 +761,7 @@ static void lanes_test(struct kunit *test)
 				    lane_word(&wire, i % wire.lines, data[i / wire.lines]),
 				    "lane %u", i % wire.lines);
 
-	/* the last scan has asked for the gate */
+	/* the last scan requests the gate */
 	data[3][GATE_DATA] = 0;
 	xy3_lower_gate_behind(&map, (u8 *)(out + 3 * wire.lines));
 	xy3_lower_gate(&map, (u8 *)(out + 3 * wire.lines));

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * KUnit: packets out of the backchannel's stream of bytes
+ * KUnit: packets from the byte stream of the backchannel
  *
- * The same text runs in a kernel and, under sanitizers, on the host. Streams stand in the notation
- * of stream_of(). "ruled" in a row's name: the case is settled in the project's protocol page.
+ * The same source runs in a kernel and, under sanitizers, on the host. Streams are in the notation
+ * of stream_of(). "ruled" in the name of a row: the case is decided on the protocol page.
  */
 
 #include <kunit/test.h>
 #include <linux/module.h>
 
-/* not linked but included: no symbol of the codec is exported, nor need be */
+/* not linked but included: the codec exports no symbols */
 #include "../drivers/xy3/xy3-packet.c"
 #include "xy3_stream.h"
 
@@ -17,7 +17,7 @@
 
 #define SYNC	"48 41 00 "		/* a sync packet; with the next start it is the sequence */
 #define NEXT	"48 07 01 03"		/* a packet to come after it */
-#define FOUND	"48 41 00 / 48 07 01 03"	/* what these two give */
+#define FOUND	"48 41 00 / 48 07 01 03"	/* the result of these two */
 
 struct stream_row {
 	const char *name;
@@ -115,7 +115,7 @@ static const struct stream_row stream_rows[] = {
 	{ "an unfinished packet of 255 bytes", SYNC "48 ff ff a5*254", SYNC,
 	  { .kept = 257, .in_sync = true } },
 
-	/* joined within a payload that holds the sequence: 03 04 48 41 00 48 11 00 05 */
+	/* joined within a payload that contains the sequence: 03 04 48 41 00 48 11 00 05 */
 	{ "false sync heals by the start", "03 04 " SYNC "48 11 00 05 " NEXT " " SYNC NEXT,
 	  SYNC "/ 48 11 00 / " FOUND,
 	  { .dropped = 7, .unknown = 1, .resyncs = 1, .in_sync = true } },
@@ -142,7 +142,7 @@ static void stream_test(struct kunit *test)
 			&row->want);
 }
 
-/* ---- bytes that come damaged ---- */
+/* ---- damaged bytes ---- */
 
 static const struct stream_row damage_rows[] = {
 	{ "nothing damaged", SYNC NEXT " " SYNC NEXT, FOUND " / " FOUND, { .in_sync = true } },
@@ -316,7 +316,7 @@ static void length_row_name(const struct length_row *row, char *name)
 
 KUNIT_ARRAY_PARAM(length, length_rows, length_row_name);
 
-/* The row's packet among sync packets, at every place where it can be cut */
+/* The packet of the row between sync packets, split at every position */
 static void length_test(struct kunit *test)
 {
 	const struct length_row *row = test->param_value;
@@ -377,7 +377,7 @@ static const struct chunk_row chunk_rows[] = {
 
 KUNIT_ARRAY_PARAM_DESC(chunk, chunk_rows, name);
 
-/* Packets without an end, by a fixed rule: every length, and sync packets between them */
+/* An endless sequence of packets, by a fixed rule: every length, with sync packets between them */
 static void fill_with_packets(u8 *bytes, size_t size, size_t *whole, u64 *packets)
 {
 	u8 packet[XY3_PACKET_MAX];
@@ -435,7 +435,7 @@ static void chunk_test(struct kunit *test)
 	KUNIT_EXPECT_EQ(test, parser->kept, LONG_SIZE - whole);
 }
 
-/* ---- calls at the edge ---- */
+/* ---- corner cases of calls ---- */
 
 static void empty_test(struct kunit *test)
 {
@@ -463,14 +463,14 @@ static void lost_test(struct kunit *test)
 	KUNIT_ASSERT_TRUE(test, listener->parser.in_sync);
 	KUNIT_ASSERT_EQ(test, listener->parser.kept, 4);
 
-	/* sync is lost also when no byte was: a break, an overrun */
+	/* sync is also lost without a lost byte: a break, an overrun */
 	xy3_parse_lost(&listener->parser, 0);
 	KUNIT_EXPECT_FALSE(test, listener->parser.in_sync);
 	KUNIT_EXPECT_EQ(test, listener->parser.kept, 0);
 	KUNIT_EXPECT_EQ(test, listener->parser.dropped_bytes, 4ULL);
 	check_accounts(test, listener);
 
-	/* what is found afterwards owes nothing to what was kept */
+	/* packets found later do not depend on kept bytes */
 	hear(test, listener, stream, 0, stream->size);
 	KUNIT_EXPECT_EQ(test, listener->parser.resyncs, 1ULL);
 	KUNIT_EXPECT_EQ(test, listener->heard.packets, 2U);

@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: GPL-2.0-only */
 /*
- * What a scanhead's driver hangs between, for its KUnit suites: the common part
+ * Both ends of the driver of scanheads, for its KUnit suites: the common part
  *
- *   the call log     all that reaches the forward channel and the UART, in one order
- *   struct forward   a forward channel that takes command frames, or refuses them
+ *   the call log     all calls of the forward channel and the UART, in order
+ *   struct forward   a forward channel that accepts command frames, or refuses them
  *   struct sync_source  sends sync packets to a UART that listens at its rate
- *   heads            found by name, as users see them; their attributes, called as sysfs does
+ *   heads            found by name, as for users; their attributes, called like by sysfs
  *
- * Included by one file of a module only, so all of it is static. Of the driver's symbols only the
- * two for forward channels are used; its structures are looked at where no attribute shows them.
+ * Included by one file of a module only, so all of it is static. Of the symbols of the driver only
+ * the two for forward channels are used; its structures are read where no attribute shows them.
  */
 #ifndef XY3_RIG_H
 #define XY3_RIG_H
@@ -36,10 +36,10 @@
 
 enum event {
 	NOTHING,
-	FRAME,		/* the forward channel was given this frame */
+	FRAME,		/* the forward channel got this frame */
 	NO_FRAME,	/* ... and refused it */
-	UART,		/* the UART has moved to this rate */
-	NO_UART		/* the UART was asked for this rate, and cannot */
+	UART,		/* the UART was set to this rate */
+	NO_UART		/* the UART does not support this requested rate */
 };
 
 struct call {
@@ -70,7 +70,7 @@ static inline unsigned int call_count(void)
 	return call_log_count;
 }
 
-/* After a move of the UART in a search: what comes now was received at the new rate */
+/* After a change of the rate in a search: data from now on were received at the new rate */
 #define SETTLED_MS	100
 
 /* Wait until there are @n entries */
@@ -119,10 +119,10 @@ static inline void expect_no_call(struct kunit *test)
 
 /**
  * struct forward - a forward channel
- * @xy3: as the driver knows it
- * @error: what to refuse frames with, when it is not 0
- * @limited: it takes @room frames only
- * @room: less with each frame
+ * @xy3: its structure in the driver
+ * @error: error for all frames, if not 0
+ * @limited: it only accepts @room frames
+ * @room: decremented by each frame
  */
 struct forward {
 	struct xy3_forward xy3;
@@ -131,7 +131,7 @@ struct forward {
 	unsigned int room;
 };
 
-static unsigned int rig_numbers;	/* names of devices and nodes have to differ */
+static unsigned int rig_numbers;	/* names of devices and nodes must differ */
 
 static int forward_command(struct xy3_forward *xy3, const u8 *raw, size_t size)
 {
@@ -202,11 +202,11 @@ static inline struct forward *forward_come(struct kunit *test)
 /* ---- a head that sends ---- */
 
 /**
- * struct sync_source - sends sync packets now and then
- * @send: sends them to @data, if that listens at the rate
+ * struct sync_source - sends sync packets periodically
+ * @send: sends them to @data, if it listens at the rate
  * @data: a UART
  * @rate: in bit/s
- * @work: does it
+ * @work: calls @send
  */
 struct sync_source {
 	void (*send)(void *data, unsigned int rate);
@@ -249,9 +249,9 @@ sync_source_start(struct kunit *test, void (*send)(void *data, unsigned int rate
 /* ---- heads ---- */
 
 static const struct class *xy3_class;
-static char *rig_page;		/* what attributes are shown in */
+static char *rig_page;		/* the page for attributes */
 
-/* The head of that number, or NULL; it stays as long as one of its transports does */
+/* The head of this number, or NULL; it exists as long as one of its transports */
 static inline struct xy3_head *head_of_number(unsigned int number)
 {
 	struct device *dev;
@@ -277,7 +277,7 @@ static unsigned int heads(void)
 	return count;
 }
 
-/* @path is as below the head's directory: NAME or GROUP/NAME */
+/* @path is relative to the directory of the head: NAME or GROUP/NAME */
 static struct attribute *find_attribute(const struct attribute_group *const *groups,
 					const char *path)
 {
@@ -316,7 +316,7 @@ static ssize_t show(struct xy3_head *head, const char *path)
 	return show_in(&head->dev, head->dev.class->dev_groups, path);
 }
 
-/* 0 when all of @text was taken, or the error */
+/* 0 if all of @text was accepted, or the error */
 static int store(struct xy3_head *head, const char *path, const char *text)
 {
 	struct attribute *attr = find_attribute(head->dev.class->dev_groups, path);
@@ -357,7 +357,7 @@ static int rig_suite_init(void)
 		root_device_unregister(parent);
 		return -ENOMEM;
 	}
-	/* the class has no other way out than by a head */
+	/* the class can only be accessed by a head */
 	forward.xy3.dev = parent;
 	err = xy3_forward_attach(&forward.xy3);
 	if (!err) {

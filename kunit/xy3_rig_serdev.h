@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-2.0-only */
 /*
- * A UART that firmware describes, for the KUnit suite of the scanhead's driver
+ * A UART described by firmware, for the KUnit suite of the driver of scanheads
  *
- * Nodes are added to the device tree, and a serdev controller of ours registers the child that
- * describes a scanhead, so that the driver binds as it does on a board.
+ * Nodes are added to the devicetree, and a mock serdev controller registers the child node of a
+ * scanhead, so that the driver binds as on a board.
  */
 #ifndef XY3_RIG_SERDEV_H
 #define XY3_RIG_SERDEV_H
@@ -18,9 +18,9 @@
 
 /**
  * struct firmware_text - properties of the backchannel of a scanhead
- * @has_speed: there is the property current-speed
+ * @has_speed: the property current-speed exists
  * @speed: its value
- * @big_endian: there is the property big-endian
+ * @big_endian: the property big-endian exists
  * @forward: node of the forward channel of the same head, or NULL
  */
 struct firmware_text {
@@ -31,8 +31,8 @@ struct firmware_text {
 };
 
 /**
- * struct firmware - nodes that were added to the tree
- * @changes: how they were
+ * struct firmware - nodes added to the tree
+ * @changes: the change set that added them
  * @np: the outer one
  * @child: the inner one, or NULL
  */
@@ -80,7 +80,7 @@ static inline struct device_node *firmware_forward(struct kunit *test)
 	struct firmware *firmware = firmware_begin(test, "forward");
 
 	firmware_end(test, firmware);
-	/* a change set adds properties when it is too late for this one */
+	/* a change set would add properties too late for this one */
 	firmware->np->phandle = firmware_phandles++;
 	return firmware->np;
 }
@@ -115,17 +115,17 @@ static struct device_node *firmware_uart(struct kunit *test, const struct firmwa
 /**
  * struct uart - a UART with a scanhead on it
  * @ctrl: its serdev controller
- * @dev: the device of what is on it
- * @lock: protects @opened; data come only while it is held
- * @opened: opens less closes
- * @open_error: what open() is answered with
+ * @dev: the device on it
+ * @lock: protects @opened; data are only received while it is held
+ * @opened: opens minus closes
+ * @open_error: result of open()
  * @rate: in bit/s
- * @can: the rates that it can do; NULL for all
- * @too_fast: by how many parts in 1000 its rates are off
+ * @can: supported rates; NULL for all
+ * @too_fast: deviation of its rates in parts per 1000
  * @flow_control: hardware flow control is on
  * @parity: as set last
- * @parity_error: what set_parity() is answered with
- * @babble: data come before the driver has done its probe
+ * @parity_error: result of set_parity()
+ * @babble: data are received before the end of the driver's probe
  */
 struct uart {
 	struct serdev_controller *ctrl;
@@ -147,7 +147,7 @@ static struct uart *uart_of(struct serdev_controller *ctrl)
 	return *(struct uart **)serdev_controller_get_drvdata(ctrl);
 }
 
-/* Memory of exactly @size bytes: KASAN sees the driver read one too many */
+/* Memory of exactly @size bytes: KASAN detects that the driver reads beyond it */
 static void uart_send(struct kunit *test, struct uart *uart, const u8 *data, size_t size)
 {
 	u8 *copy = kmemdup(data, size, GFP_KERNEL);
@@ -257,7 +257,7 @@ static struct uart *uart_make(struct kunit *test)
 	return uart;
 }
 
-/* The driver has its chance to bind when this returns */
+/* The driver has had the chance to bind when this returns */
 static void uart_plug(struct kunit *test, struct uart *uart, const struct firmware_text *text)
 {
 	struct device_node *np = firmware_uart(test, text);	/* outlives the devices */
@@ -277,7 +277,7 @@ static void uart_plug(struct kunit *test, struct uart *uart, const struct firmwa
 		serdev_controller_put(uart->ctrl);
 		KUNIT_FAIL_AND_ABORT(test, "no serdev controller");
 	}
-	wait_for_device_probe();	/* serdev's are asynchronous */
+	wait_for_device_probe();	/* serdev probes asynchronously */
 	uart->dev = &uart->ctrl->serdev->dev;
 	KUNIT_ASSERT_EQ(test, 0, kunit_add_action_or_reset(test, uart_unplug, uart));
 }
@@ -294,7 +294,7 @@ static int head_is_of(struct device *dev, const void *data)
 	return back && back->dev == data;
 }
 
-/* The head that a UART belongs to, or NULL */
+/* The head of a UART, or NULL */
 static struct xy3_head *uart_head(const struct uart *uart)
 {
 	struct device *dev = class_find_device(xy3_class, NULL, uart->dev, head_is_of);

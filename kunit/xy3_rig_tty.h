@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: GPL-2.0-only */
 /*
- * Ttys for the KUnit suite of the scanhead's driver
+ * Ttys for the KUnit suite of the driver of scanheads
  *
- *   struct line      a UART's tty of a driver of ours, for the line discipline: data come with any
- *                    mark of a line error
- *   struct reader    has a head's own tty open: a line discipline of ours
+ *   struct line      a tty of a mock UART driver, for the line discipline: data are received with
+ *                    any mark of a line error
+ *   struct reader    a mock line discipline on the open tty of a head
  */
 #ifndef XY3_RIG_TTY_H
 #define XY3_RIG_TTY_H
@@ -15,17 +15,17 @@
 
 #include "xy3_rig.h"
 
-#define N_READER	N_MASC		/* a number that nothing in this kernel uses */
+#define N_READER	N_MASC		/* a number that is unused in this kernel */
 #define READER_MAX	256
 
 /* ---- the UART ---- */
 
 /**
- * struct line - a UART's tty
+ * struct line - the tty of a UART
  * @port: its port
  * @tty: the tty while it is open, or NULL
- * @can: the rates that it can do; NULL for all
- * @instead: what it does instead of another rate; 0 to stay where it is
+ * @can: supported rates; NULL for all
+ * @instead: the rate used instead of an unsupported one; 0 to keep the old one
  */
 struct line {
 	struct tty_port port;
@@ -132,7 +132,7 @@ static struct line *line_open(struct kunit *test, unsigned int number)
 	return line;
 }
 
-/* For a sync source, which must be the only one that sends meanwhile */
+/* For a sync source, which must be the only sender in the meantime */
 static inline void line_send_syncs(void *data, unsigned int rate)
 {
 	static const u8 syncs[] = { SYNC, SYNC };
@@ -154,7 +154,7 @@ static inline void line_detach(struct line *line)
 	tty_set_ldisc(line->tty, N_TTY);
 }
 
-/* A UART that is attached to a head, which is a new one */
+/* A UART that is attached to a new head */
 static struct line *line_come(struct kunit *test)
 {
 	struct line *line = line_open(test, 0);
@@ -170,7 +170,7 @@ static void line_push(struct line *line)
 	flush_work(&line->port.buf.work);
 }
 
-/* @flags may be NULL; the driver has had the data when this returns */
+/* @flags may be NULL; the driver has received the data when this returns */
 static inline void line_send(struct kunit *test, struct line *line, const u8 *data,
 			     const u8 *flags, size_t size)
 {
@@ -190,7 +190,7 @@ static inline void line_send(struct kunit *test, struct line *line, const u8 *da
 	line_send(test, line, __data, NULL, sizeof(__data));				\
 } while (0)
 
-/* What the speed is then */
+/* Returns the resulting speed */
 static inline unsigned int set_speed(struct tty_struct *tty, unsigned int rate)
 {
 	struct ktermios termios = tty->termios;
@@ -200,18 +200,18 @@ static inline unsigned int set_speed(struct tty_struct *tty, unsigned int rate)
 	return tty_get_baud_rate(tty);
 }
 
-/* ---- the reader of a head's tty ---- */
+/* ---- the reader of the tty of a head ---- */
 
 /**
- * struct reader - the reader of a head's tty
+ * struct reader - the reader of the tty of a head
  * @tty: the tty, or NULL
- * @room: what it takes at once; 0 for nothing
- * @size: bytes that came
+ * @room: bytes that it accepts at once; 0 for none
+ * @size: number of bytes received
  * @data: the first of them
- * @packets: whole packets among them
- * @left: bytes that are missing for the packet that has begun
- * @header: how many bytes of its header have come
- * @torn: bytes that came where a packet must begin, and were no beginning
+ * @packets: complete packets among them
+ * @left: missing bytes of the current packet
+ * @header: received bytes of its header
+ * @torn: bytes received where a packet must start that are not its start
  */
 struct reader {
 	struct tty_struct *tty;
@@ -290,7 +290,7 @@ static struct tty_struct *reader_open(struct kunit *test, struct xy3_head *head)
 	return reader.tty;
 }
 
-/* Open the tty of a head with a line discipline that takes @room bytes at once */
+/* Open the tty of a head with a line discipline that accepts @room bytes at once */
 static struct tty_struct *reader_come(struct kunit *test, struct xy3_head *head, unsigned int room)
 {
 	struct tty_struct *tty = reader_open(test, head);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * KUnit: the scanhead's driver - the search for the rate (autobaud), with a UART of
- * xy3_rig_serdev.h, in time-travel: minutes of listening pass in a second
+ * KUnit: the driver of scanheads - the search for the rate (autobaud), with a UART of
+ * xy3_rig_serdev.h, in time-travel mode: minutes of listening take a second
  */
 
 #include <linux/delay.h>
@@ -9,7 +9,7 @@
 
 #include "xy3_rig_serdev.h"
 
-/* Each turn: the rate that the UART moves to, and how long it is listened to */
+/* Each turn: the rate of the UART, and the time of listening */
 struct turn {
 	u32 rate;
 	unsigned int ms;
@@ -23,7 +23,7 @@ static const struct turn turns[] = {
 	{ 115200, 4000 }, { 230400, 4000 },
 };
 
-/* The first turn of 4 s: long enough for the machine to show that it was cut short */
+/* The first turn of 4 s: long enough to detect that it was ended early */
 #define LONG_TURN	14
 
 #define JIFFY_MS	(1000 / HZ + 1)
@@ -39,7 +39,7 @@ static s64 now_ms(void)
 	return ktime_to_ms(ktime_get());
 }
 
-/* All five are tried in each round, the present one first; no command is sent */
+/* All five are tried in each round, the current one first; no command is sent */
 static void search_order_test(struct kunit *test)
 {
 	struct uart *uart = uart_come(test, NULL);
@@ -84,7 +84,7 @@ static void search_end_test(struct kunit *test)
 	EXPECT_SHOWS(test, head, "rate", "460800");
 	EXPECT_SHOWS(test, head, "in_sync", "1");
 
-	/* sync is lost: the present rate is tried first, and a new search starts after it */
+	/* sync is lost: the current rate is tried first, and a new search starts after it */
 	SEND(test, uart, 0x99);
 	KUNIT_ASSERT_TRUE(test, wait_calls(1));
 	EXPECT_CALLS(test, { UART, 921600 });
@@ -117,7 +117,7 @@ static void search_off_test(struct kunit *test)
 	expect_no_call(test);
 	EXPECT_SHOWS(test, head, "rate", "230400");
 
-	/* in sync there is nothing to search for */
+	/* in sync there is no search */
 	SEND(test, uart, SYNC, SYNC);
 	KUNIT_ASSERT_EQ(test, store(head, "autobaud", "1"), 0);
 	msleep(20000);
@@ -156,7 +156,7 @@ static void search_give_up_test(struct kunit *test)
 	KUNIT_EXPECT_LT(test, now_ms() - begin, 1000);
 	EXPECT_CALLS(test, { UART, 230400 });
 
-	/* counted anew at each rate; more than enough in one piece is one step */
+	/* counted from 0 at each rate; more than enough in one piece is one step */
 	msleep(SETTLED_MS);
 	search_send(test, uart, 1023);
 	msleep(1000);
@@ -168,7 +168,7 @@ static void search_give_up_test(struct kunit *test)
 	msleep(1000);
 	EXPECT_CALLS(test, { UART, 460800 });
 
-	/* 1 KiB with sync is no reason */
+	/* 1 KiB with sync proves nothing */
 	msleep(SETTLED_MS);
 	search_send(test, uart, 600);
 	SEND(test, uart, SYNC, SYNC);
@@ -179,8 +179,8 @@ static void search_give_up_test(struct kunit *test)
 }
 
 /*
- * Bytes that were received before the UART was moved come after it, and prove nothing about the
- * new rate: damaged or not, they do not end its turn.
+ * Bytes that were received before the rate was changed are delivered after it, and prove nothing
+ * about the new rate: damaged or not, they do not end its turn.
  */
 static void search_stale_test(struct kunit *test)
 {
@@ -213,7 +213,7 @@ static bool can_nothing(unsigned int rate)
 	return false;
 }
 
-/* What the UART cannot do is passed over, without haste when it is all */
+/* Unsupported rates of the UART are skipped, with a pause if there is no other */
 static void search_refused_test(struct kunit *test)
 {
 	struct uart *uart = uart_come(test, NULL);
@@ -234,13 +234,13 @@ static void search_refused_test(struct kunit *test)
 	KUNIT_EXPECT_GE(test, call_count(), 2 * 5);
 }
 
-/* Nor is there haste when the UART can do nothing and the head sends a lot */
+/* There is also a pause if the UART supports no rate and the head sends a lot */
 static void search_refused_loud_test(struct kunit *test)
 {
 	struct uart *uart = uart_come(test, NULL);
 
 	uart->can = can_nothing;
-	uart->rate = 126720;	/* where it stays: a tenth too fast */
+	uart->rate = 126720;	/* the actual rate: 10 % too fast */
 	KUNIT_ASSERT_EQ(test, store(uart_head(uart), "autobaud", "1"), 0);
 	KUNIT_ASSERT_TRUE(test, wait_calls(2));
 	clear_call_log();
@@ -248,12 +248,12 @@ static void search_refused_loud_test(struct kunit *test)
 		search_send(test, uart, 1024);
 		msleep(20);
 	}
-	/* two calls for each attempt, and ten attempts a second, for four seconds or more */
+	/* two calls per attempt, and ten attempts per second, for at least four seconds */
 	KUNIT_EXPECT_LE(test, call_count(), 2 * 10 * 4 * 2);
 	KUNIT_EXPECT_GE(test, call_count(), 2 * 5);
 }
 
-/* The backchannel goes in the middle of it */
+/* The backchannel is removed during the search */
 static void search_leave_test(struct kunit *test)
 {
 	struct forward *forward = forward_come(test);
@@ -267,14 +267,14 @@ static void search_leave_test(struct kunit *test)
 	msleep(10000);
 	expect_no_call(test);
 
-	/* and another one comes: a new search */
+	/* and another one is added: a new search */
 	uart = uart_come(test, NULL);
 	KUNIT_ASSERT_PTR_EQ(test, uart_head(uart), head);
 	EXPECT_SHOWS(test, head, "autobaud", "1");
 	KUNIT_ASSERT_TRUE(test, wait_calls(2));
 	EXPECT_CALLS(test, { UART, 230400 }, { UART, 460800 });
 
-	/* the last one goes while it is on */
+	/* the last one is removed during a search */
 	forward_leave(forward);
 	uart_unplug(uart);
 	KUNIT_EXPECT_EQ(test, heads(), 0);

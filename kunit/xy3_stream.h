@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-only */
 /*
- * For tests of the packet codec: streams in writing, and a listener that checks the codec's
- * accounts after every call. To be included after the codec itself.
+ * For tests of the packet codec: streams in text form, and a listener that checks the counters of
+ * the codec after every call. To be included after the codec itself.
  */
 #ifndef XY3_STREAM_H
 #define XY3_STREAM_H
@@ -12,7 +12,7 @@
 #define STREAM_MAX	1024
 #define STREAM_PACKETS	32
 
-/* Bytes as they come over the line, and where among them packets end */
+/* Bytes on the line, and the ends of packets in them */
 struct stream {
 	size_t size;
 	u8 byte[STREAM_MAX];
@@ -59,8 +59,8 @@ static unsigned int times_of(const char **text)
 }
 
 /*
- * "48" is a byte, "48*9" nine of it, "!48" one that comes damaged; "/" stands between packets, of
- * which the last one needs no end.
+ * "48" is a byte, "48*9" nine of it, "!48" a damaged one; "/" separates packets, and is optional
+ * after the last one.
  */
 static struct stream *stream_of(struct kunit *test, const char *text)
 {
@@ -90,7 +90,7 @@ static struct stream *stream_of(struct kunit *test, const char *text)
 	return stream;
 }
 
-/* A parser, what it was given, and what it has handed out */
+/* A parser, its input and its output */
 struct listener {
 	struct xy3_parser parser;
 	u64 given;
@@ -111,7 +111,7 @@ static struct listener *listener_new(struct kunit *test)
 	return listener;
 }
 
-/* The document's types: 01h..09h and 41h */
+/* The types of the document: 01h..09h and 41h */
 static bool is_known_type(u8 type)
 {
 	return (type >= 1 && type <= 9) || type == 0x41;
@@ -146,7 +146,7 @@ static bool hear_packet(struct kunit *test, struct listener *listener, const u8 
 		KUNIT_ASSERT_EQ(test, packet.raw[2], packet.length);
 		KUNIT_ASSERT_EQ(test, packet.known, is_known_type(packet.type));
 		KUNIT_ASSERT_EQ(test, xy3_packet_size(&packet), (size_t)packet.length + 3);
-		/* what lies whole in the data is not copied */
+		/* a packet that is complete in the data is not copied */
 		if (at_start && *data - before == packet.length + 3)
 			KUNIT_ASSERT_PTR_EQ(test, packet.raw, before);
 		for (unsigned int i = 0; i < packet.length + 3u; i++)
@@ -173,7 +173,7 @@ static void hear_chunk(struct kunit *test, struct listener *listener, const u8 *
 	kunit_kfree(test, chunk);
 }
 
-/* From one place in a stream to another, as a line discipline gets it: good bytes and bad ones */
+/* From one position in a stream to another, as for a line discipline: good and damaged bytes */
 static void hear(struct kunit *test, struct listener *listener, const struct stream *stream,
 		 size_t from, size_t to)
 {
@@ -195,7 +195,7 @@ static void hear(struct kunit *test, struct listener *listener, const struct str
 	}
 }
 
-/* What must come of a stream */
+/* The expected result of a stream */
 struct outcome {
 	u64 dropped;
 	u64 bad_lengths;
@@ -224,9 +224,9 @@ static void check_outcome(struct kunit *test, const struct listener *listener,
 	KUNIT_ASSERT_EQ_MSG(test, parser->in_sync, want->in_sync, "%s", how);
 }
 
-#define STREAM_SHORT	40	/* up to here in every three pieces, over it in every two */
+#define STREAM_SHORT	40	/* up to here all splits into three pieces, then into two */
 
-/* However the stream is cut, the same must come of it */
+/* The result must be the same for all pieces of the stream */
 static void check_every_way(struct kunit *test, const struct stream *stream,
 			    const struct stream *packets, const struct outcome *want)
 {

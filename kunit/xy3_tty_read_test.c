@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * KUnit: the scanhead's driver - what a reader of the head's tty gets, over hangups too
+ * KUnit: the driver of scanheads - data for a reader of the tty of a head, also over hangups
  */
 
 #include <linux/delay.h>
@@ -11,20 +11,20 @@
 
 #include "xy3_rig_tty.h"
 
-/* ---- the head's tty: read ---- */
+/* ---- the tty of the head: read ---- */
 
 static void read_test(struct kunit *test)
 {
 	struct line *line = line_come(test);
 	struct xy3_head *head = head_of_number(0);
 
-	/* without a reader nothing is kept, and nothing is lost */
+	/* without a reader nothing is stored, and nothing is lost */
 	LINE_SEND(test, line, 0x99, SYNC, SYNC, TEXT_PACKET(1, 3), 'a', 'b', 'c');
 	reader_come(test, head, READER_MAX);
 	flush_work(&reader.tty->port->buf.work);
 	KUNIT_EXPECT_EQ(test, reader.size, 0);
 
-	/* whole packets only, and nothing between them */
+	/* complete packets only, and nothing between them */
 	LINE_SEND(test, line, SYNC, TEXT_PACKET(4, 3), '1', '2');
 	EXPECT_READ(test, SYNC);
 	LINE_SEND(test, line, '3', 0x99, SYNC, 0x48);
@@ -35,7 +35,7 @@ static void read_test(struct kunit *test)
 	EXPECT_READ(test, SYNC, SYNC);
 	EXPECT_SHOWS(test, head, "stats/lost_packets", "0");
 
-	/* what was not read before the close is not there after the next open */
+	/* unread data are dropped on close */
 	reader.tty->receive_room = 0;
 	LINE_SEND(test, line, SYNC, SYNC);
 	reader_leave(NULL);
@@ -45,7 +45,7 @@ static void read_test(struct kunit *test)
 	EXPECT_READ(test, TEXT_PACKET(4, 3), '4', '5', '6');
 }
 
-#define MANY_PACKETS	4000	/* of 258 bytes: more than a tty keeps */
+#define MANY_PACKETS	4000	/* of 258 bytes: more than a tty stores */
 
 /* A reader that does not read loses complete packets, which are counted */
 static void lost_test(struct kunit *test)
@@ -73,7 +73,7 @@ static void lost_test(struct kunit *test)
 	KUNIT_EXPECT_EQ(test, reader.size, 0);
 	EXPECT_SHOWS(test, head, "stats/dropped_bytes", "0");
 
-	/* it reads again: all that was not lost is there, and whole */
+	/* it reads again: all packets that were not lost are complete */
 	reader.tty->receive_room = 65536;
 	tty_flip_buffer_push(reader.tty->port);
 	flush_work(&reader.tty->port->buf.work);
@@ -86,7 +86,7 @@ static void lost_test(struct kunit *test)
 	EXPECT_READ(test, SYNC, SYNC);
 }
 
-/* The head goes while its tty is open */
+/* The head is removed while its tty is open */
 static void gone_test(struct kunit *test)
 {
 	struct line *line = line_come(test);
@@ -100,7 +100,7 @@ static void gone_test(struct kunit *test)
 		msleep(20);
 	KUNIT_EXPECT_TRUE(test, test_bit(TTY_HUPPED, &tty->flags));
 
-	/* the next head has the same number, and does not mind; nor does its reader get the rest */
+	/* the next head has the same number, and works; its reader does not get the rest */
 	KUNIT_ASSERT_EQ(test, line_attach(line), 0);
 	KUNIT_ASSERT_NOT_NULL(test, head_of_number(0));
 	LINE_SEND(test, line, SYNC, SYNC, TEXT_PACKET(4, 3), '1', '2', '3');
@@ -113,7 +113,7 @@ static void gone_test(struct kunit *test)
 
 /* ---- a hangup while the tty is in use ---- */
 
-/* In the test kernel's time-travel a sleep ends when nothing else can run */
+/* In time-travel mode of the test kernel a sleep ends when nothing else can run */
 #define WAIT_FOR(test, condition) do {							\
 	bool __met = false;								\
 											\
@@ -130,7 +130,7 @@ static void gone_test(struct kunit *test)
 			 STREAM_PACKETS * (XY3_PACKET_HEADER + STREAM_PAYLOAD))
 #define STREAM_READ	64
 
-/* Two sync packets, and more packets than N_TTY keeps; no two stretches of STREAM_READ are alike */
+/* Two sync packets, and more packets than N_TTY stores; all parts of STREAM_READ bytes differ */
 static u8 *make_stream(struct kunit *test)
 {
 	static const u8 syncs[] = { SYNC, SYNC }, header[] = { TEXT_PACKET(0x60, STREAM_PAYLOAD) };
@@ -157,20 +157,20 @@ static int detach_thread(void *line)
 /**
  * read_over_hangup() - a hangup while a reader is in read()
  * @test: the test
- * @tty: the head's tty, which has got the first packets of @stream
+ * @tty: the tty of the head, which has received the first packets of @stream
  * @stream: of make_stream()
  * @hang_up: hangs up
  * @arg: of @hang_up
- * @data: what the next read() gives
+ * @data: the data of the next read()
  *
- * The test's thread is the reader. It holds what tty_read() and n_tty_read() hold: a reference to
- * the line discipline and, as its read is not complete, termios_rwsem. So the first flush of the
- * hangup waits for termios_rwsem. The worker that moves data to the line discipline is started
- * then, and waits as well. This is the order in which the two go on when the read completes.
+ * The thread of the test is the reader. It holds the same locks as tty_read() and n_tty_read(): a
+ * reference to the line discipline and, as its read is not complete, termios_rwsem. So the first
+ * flush of the hangup waits for termios_rwsem. The worker that moves data to the line discipline is
+ * started then, and waits as well. The two continue in this order when the read completes.
  *
- * Another thread hangs up, for which lockdep does not see the reader's locks.
+ * Another thread hangs up, for which lockdep does not see the locks of the reader.
  *
- * Return: what read() returns after the flush.
+ * Return: the result of read() after the flush.
  */
 static ssize_t read_over_hangup(struct kunit *test, struct tty_struct *tty, const u8 *stream,
 				int (*hang_up)(void *arg), void *arg, u8 data[STREAM_READ])
@@ -211,8 +211,8 @@ static ssize_t read_over_hangup(struct kunit *test, struct tty_struct *tty, cons
 }
 
 /*
- * The head goes while a reader is in read(): what the reader gets next follows what it got before,
- * or it is the end of the file. It is never what was behind bytes that the hangup has dropped.
+ * The head is removed while a reader is in read(): the next data of the reader follow the previous
+ * ones, or it gets the end of the file. It never gets data after bytes dropped by the hangup.
  */
 static void hangup_in_read_test(struct kunit *test)
 {
@@ -232,7 +232,7 @@ static void hangup_in_read_test(struct kunit *test)
 }
 
 /*
- * The head goes while an open() of its tty, which an earlier head has left hung up, is under way.
+ * The head is removed during an open() of its tty, which is still hung up from an earlier head.
  * There is nothing to hang up then, and the next head with this number does not wait for it.
  */
 static void hangup_in_open_test(struct kunit *test)
@@ -262,7 +262,7 @@ static void hangup_in_open_test(struct kunit *test)
 	}
 }
 
-/* Read from N_TTY like a program that does not wait */
+/* Read from N_TTY like a nonblocking program */
 static ssize_t reader_read(struct tty_struct *tty, u8 *data, size_t size)
 {
 	static const struct file_operations no_operations = { };
@@ -282,7 +282,7 @@ static ssize_t reader_read(struct tty_struct *tty, u8 *data, size_t size)
 	return got;
 }
 
-/* All that comes, until there is no more */
+/* Read until there are no more data */
 static size_t reader_read_all(struct tty_struct *tty, u8 *data, size_t size)
 {
 	size_t got = 0;
@@ -296,7 +296,7 @@ static size_t reader_read_all(struct tty_struct *tty, u8 *data, size_t size)
 	}
 }
 
-/* A reader that is behind by more than N_TTY keeps gets all of it when it reads on */
+/* A reader that is behind by more than N_TTY stores gets all data when it continues to read */
 static void behind_test(struct kunit *test)
 {
 	struct line *line = line_come(test);
@@ -310,8 +310,8 @@ static void behind_test(struct kunit *test)
 }
 
 /*
- * tcsetattr(TCSAFLUSH) when more waits than N_TTY keeps: it drops what N_TTY has, and that is whole
- * packets. The rest comes by itself.
+ * tcsetattr(TCSAFLUSH) with more pending data than N_TTY stores: it drops the data in N_TTY, which
+ * are complete packets. The rest is received after it.
  */
 static void flush_of_a_full_buffer_test(struct kunit *test)
 {
@@ -345,8 +345,7 @@ static int vhangup_thread(void *tty)
 }
 
 /*
- * TIOCVHANGUP, or the exit of a session leader. The kernel's own flush is all there is: what comes
- * behind it is dropped.
+ * TIOCVHANGUP, or the exit of a session leader. Only the kernel flushes: data after it are dropped.
  */
 static void user_hangup_in_read_test(struct kunit *test)
 {
@@ -361,7 +360,7 @@ static void user_hangup_in_read_test(struct kunit *test)
 	KUNIT_EXPECT_LE_MSG(test, got, 0, "%zd bytes from behind dropped ones", got);
 }
 
-/* What a reader does by TIOCEXCL ends with the head, even if it keeps its file */
+/* TIOCEXCL of a reader ends with the head, even if its file remains open */
 static void exclusive_test(struct kunit *test)
 {
 	struct line *line = line_come(test);
@@ -374,8 +373,8 @@ static void exclusive_test(struct kunit *test)
 }
 
 /*
- * A head goes while its tty is being opened, and the next one comes before that open() has failed.
- * Another open() finds a port that is in use, and must get packets nevertheless.
+ * A head is removed while its tty is being opened, and the next one is added before that open() has
+ * failed. Another open() finds a port in use, and must get packets nevertheless.
  */
 static void deaf_test(struct kunit *test)
 {
@@ -404,7 +403,7 @@ static void deaf_test(struct kunit *test)
 	KUNIT_EXPECT_EQ(test, reader_read(tty, data, sizeof(data)), sizeof(syncs));
 }
 
-/* For lockdep a tty's termios_rwsem is that of any tty: another thread has to hold it */
+/* For lockdep termios_rwsem is the same for all ttys: another thread must hold it */
 static int stuck_reader_thread(void *data)
 {
 	struct tty_struct *tty = data;
@@ -417,8 +416,8 @@ static int stuck_reader_thread(void *data)
 }
 
 /*
- * A reader that stays in read(), in a page fault that takes its time, keeps the tty of a head that
- * has gone from being hung up. The next head gets another number, and nothing waits for long.
+ * A reader that stays in read(), in a long page fault, prevents the hangup of the tty of a removed
+ * head. The next head gets another number, and nothing waits for long.
  */
 static void stuck_reader_test(struct kunit *test)
 {
@@ -430,7 +429,7 @@ static void stuck_reader_test(struct kunit *test)
 	stuck = kthread_run(stuck_reader_thread, tty, "xy3-rig-reader");
 	KUNIT_ASSERT_NOT_ERR_OR_NULL(test, stuck);
 	WAIT_FOR(test, rwsem_is_locked(&tty->termios_rwsem));
-	/* the rate is to be shown, for which the reader is in the way as well */
+	/* showing the rate must not wait for the reader either */
 	KUNIT_EXPECT_EQ(test, store(head_of_number(0), "rate", "57600"), 0);
 	begin = ktime_to_ms(ktime_get());
 	line_detach(line);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * KUnit: the scanhead's driver - speed, writes and modes of the head's tty
+ * KUnit: the driver of scanheads - speed, writes and modes of the tty of a head
  */
 
 #include <linux/completion.h>
@@ -11,9 +11,9 @@
 
 #include "xy3_rig_tty.h"
 
-/* ---- the head's tty: speed ---- */
+/* ---- the tty of the head: speed ---- */
 
-/* What the speed is when all that was requested has been done */
+/* The speed after all requests have been processed */
 static unsigned int set_head_speed(struct tty_struct *tty, struct xy3_head *head,
 				   unsigned int rate)
 {
@@ -43,7 +43,7 @@ static void speed_test(struct kunit *test)
 	KUNIT_EXPECT_EQ(test, tty_get_baud_rate(line->tty), 460800);
 	EXPECT_SHOWS(test, head, "rate", "460800");
 
-	/* no rate of a head */
+	/* not a rate of a head */
 	KUNIT_EXPECT_EQ(test, set_head_speed(tty, head, 9600), 460800);
 	expect_no_call(test);
 	KUNIT_EXPECT_EQ(test, tty_get_baud_rate(line->tty), 460800);
@@ -54,7 +54,7 @@ static void speed_test(struct kunit *test)
 	KUNIT_EXPECT_EQ(test, tty_get_baud_rate(line->tty), 460800);
 	EXPECT_SHOWS(test, head, "rate", "460800");
 
-	/* one that is too far off what the UART makes of it */
+	/* one that differs too much from the actual rate of the UART */
 	line->instead = 500000;
 	KUNIT_EXPECT_EQ(test, set_head_speed(tty, head, 921600), 460800);
 	EXPECT_CALLS(test, { FRAME, 0x340003 }, { NO_UART, 921600 }, { UART, 460800 },
@@ -63,7 +63,7 @@ static void speed_test(struct kunit *test)
 	EXPECT_SHOWS(test, head, "rate", "460800");
 }
 
-/* tcsetattr() does not wait for a head that does not follow; readers would wait as long */
+/* tcsetattr() does not wait for a head that ignores the command; readers would wait, too */
 static void speed_deaf_test(struct kunit *test)
 {
 	struct line *line = line_come(test);
@@ -82,7 +82,7 @@ static void speed_deaf_test(struct kunit *test)
 	EXPECT_CALLS(test, { FRAME, 0x240002 }, { UART, 460800 }, { FRAME, 0x380003 },
 		     { UART, 115200 });
 
-	/* a head that goes with a request under way */
+	/* a head that is removed during a request */
 	set_speed(tty, 230400);
 	KUNIT_EXPECT_TRUE(test, wait_calls(2));
 	line_close(line);
@@ -112,7 +112,7 @@ static void speed_shown_test(struct kunit *test)
 	expect_no_call(test);
 }
 
-/* ---- the head's tty: write ---- */
+/* ---- the tty of the head: write ---- */
 
 struct write_row {
 	const char *name;
@@ -155,7 +155,7 @@ static void write_test(struct kunit *test)
 
 	line_come(test);
 	tty = reader_come(test, head_of_number(0), READER_MAX);
-	data = kunit_kmalloc(test, row->size, GFP_KERNEL);	/* not one byte more, for KASAN */
+	data = kunit_kmalloc(test, row->size, GFP_KERNEL);	/* exact size, for KASAN */
 	KUNIT_ASSERT_NOT_NULL(test, data);
 	memcpy(data, row->data, row->size);
 
@@ -173,7 +173,7 @@ static void write_test(struct kunit *test)
 	expect_no_call(test);
 }
 
-/* A write is accepted as far as there is room, in complete frames; poll() reports the same room */
+/* A write accepts complete frames up to the free room; poll() reports the same room */
 static void write_room_test(struct kunit *test)
 {
 	static const u8 frames[] = { 0x08, 0, 0x06, 0x80, 0x20, 0, 0x12, 0x30, 0, 0x02 };
@@ -194,7 +194,7 @@ static void write_room_test(struct kunit *test)
 	KUNIT_EXPECT_EQ(test, store(head_of_number(0), "calibrate", "x"), -EAGAIN);
 	expect_no_call(test);
 
-	/* without a forward channel there is no reason to wait for the error */
+	/* without a forward channel the error is immediate */
 	forward_leave(forward);
 	KUNIT_EXPECT_GT(test, tty_write_room(tty), 0);
 	KUNIT_EXPECT_EQ(test, tty->ops->write(tty, frames, sizeof(frames)), -ENODEV);
@@ -262,7 +262,7 @@ static void blocking_write_test(struct kunit *test)
 	KUNIT_EXPECT_EQ(test, write_three(writer), 6);
 	clear_call_log();
 
-	/* the forward channel goes while a writer waits */
+	/* the forward channel is removed while a writer waits */
 	writer->flags = 0;
 	writer_start(test, writer);
 	KUNIT_EXPECT_FALSE(test, wait_for_completion_timeout(&writer->done, HZ));
@@ -272,9 +272,9 @@ static void blocking_write_test(struct kunit *test)
 	expect_no_call(test);
 }
 
-/* ---- the head's tty: modes ---- */
+/* ---- the tty of the head: modes ---- */
 
-/* Nothing that would change what is read or written can be switched on */
+/* Modes that would change read or written data cannot be enabled */
 static void raw_test(struct kunit *test)
 {
 	struct tty_struct *tty;

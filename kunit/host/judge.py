@@ -1,12 +1,12 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Judge the KTAP of one user-space program, by the rules for the kernel's.
+"""Judge the KTAP of one user-space program, by the same rules as for the kernel.
 
 judge.py --min N < output
 
-Prints "PASSED FAILED": cases, of which a case with parameters is as many as it has parameters.
-Why not, goes to stderr. The status is 0 if the text is whole, nothing failed or was skipped, and
-at least N cases passed.
+Prints "PASSED FAILED": numbers of cases, where each parameter of a case counts. Reasons of failures
+go to stderr. The status is 0 if the text is complete, nothing failed or was skipped, and at least N
+cases passed.
 """
 import argparse
 import sys
@@ -17,7 +17,7 @@ import ktap      # noqa: E402
 
 
 def leaves(result):
-    """The results below which nothing stands."""
+    """The results without results below them."""
     rows = result.rows()
     return [leaf for row in rows for leaf in leaves(row)] if rows else [result]
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * Runs the suites of one program one after another and prints KTAP, the way the kernel's KUnit
- * does. Exit status: 0 when every suite had cases and none failed.
+ * Runs the suites of one program in order and prints KTAP like KUnit in the kernel. Exit status: 0
+ * if every suite had cases and none failed.
  */
 #include <stdarg.h>
 #include <stdio.h>
@@ -63,7 +63,7 @@ void kunit_kfree(struct kunit *test, const void *ptr)
 	}
 }
 
-/* ---- words about a case ---- */
+/* ---- messages of a case ---- */
 
 void kunit_log_line(struct kunit *test, const char *level, const char *fmt, ...)
 {
@@ -118,7 +118,7 @@ void kunit_bytes(struct kunit *test, const char *what, const void *bytes, size_t
 
 /* ---- running ---- */
 
-/* init, the case and exit may each be left by an assertion. */
+/* An assertion may exit init, the case or exit. */
 static void call(struct kunit *test, void (*step)(struct kunit *test))
 {
 	if (step && !setjmp(test->abort))
@@ -247,7 +247,7 @@ int main(void)
 	bool all_good = true;
 	int n = 0;
 
-	/* a crash must not swallow what was said before it */
+	/* messages before a crash must not be lost */
 	setvbuf(stdout, NULL, _IOLBF, 0);
 
 	while (kunit_suites[n])

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * The few kernel library functions that pure code uses, for user space. What they accept, refuse
- * and return is the kernel's; kunit/host/selftest/shim_test.c holds them to it.
+ * The few kernel library functions that pure code uses, for user space. They accept, refuse and
+ * return the same as in the kernel, which kunit/host/selftest/shim_test.c checks.
  */
 #include <linux/ctype.h>
 #include <linux/kernel.h>
@@ -215,7 +215,7 @@ char *strim(char *str)
 	return skip_spaces(str);
 }
 
-/* Equal, but for one newline at the end of either. */
+/* Equal, except for a newline at the end of either. */
 bool sysfs_streq(const char *a, const char *b)
 {
 	while (*a && *a == *b) {

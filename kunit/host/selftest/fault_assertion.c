@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-/* Planted: a failed assertion must leave the case at once, and be counted. */
+/* Planted: a failed assertion must exit the case immediately, and be counted. */
 #include <kunit/test.h>
 
 static void bad(struct kunit *test)

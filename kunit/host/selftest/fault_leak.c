@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-/* Planted: memory that nobody frees. */
+/* Planted: memory that is not freed. */
 #include <kunit/test.h>
 
 static void *volatile lost;

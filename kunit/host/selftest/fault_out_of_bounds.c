@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-/* Planted: reads one byte past memory of the case, which ASan must see. */
+/* Planted: reads one byte beyond memory of the case, which ASan must detect. */
 #include <kunit/test.h>
 
 static void bad(struct kunit *test)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-/* Planted: a signed overflow, which UBSan must see. */
+/* Planted: a signed overflow, which UBSan must detect. */
 #include <kunit/test.h>
 
 static void bad(struct kunit *test)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * The shim against the kernel's documented behaviour: a codec that leans on it must see the same
- * answers here as there.
+ * The shim against the documented behaviour of the kernel: a codec that uses it must get the same
+ * results in both.
  */
 #include <kunit/test.h>
 #include <linux/bitfield.h>

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-2.0-only */
 /*
- * KUnit for user space: enough of the kernel's <kunit/test.h> for the suites of pure code.
+ * KUnit for user space: the part of the kernel's <kunit/test.h> that suites of pure code use.
  *
- * The same test text runs in the kernel (check-kunit) and here (check-host). Names and meaning
- * follow the kernel's header; kunit.c beside this directory holds main() and prints KTAP.
+ * The same test source runs in the kernel (check-kunit) and here (check-host). Names and meaning
+ * are those of the kernel header; host/kunit.c has main() and prints KTAP.
  */
 #ifndef HOST_KUNIT_TEST_H
 #define HOST_KUNIT_TEST_H
@@ -54,7 +54,7 @@ struct kunit_suite {
 #define KUNIT_CASE_PARAM(test_name, gen_params) \
 	{ .run_case = test_name, .name = #test_name, .generate_params = gen_params }
 
-/* One list of suites per program; kunit.c walks it. */
+/* One list of suites per program, for kunit.c. */
 #define kunit_test_suites(...) \
 	struct kunit_suite * const kunit_suites[] = { __VA_ARGS__, NULL }
 #define kunit_test_suite(suite)	kunit_test_suites(&suite)
@@ -85,7 +85,7 @@ extern struct kunit_suite * const kunit_suites[];
 	KUNIT_GENERATOR(name, array,							\
 			strscpy(desc, next_->desc_member, KUNIT_PARAM_DESC_SIZE))
 
-/* Memory that lives as long as the case; the size is exact, so ASan sees one byte too far. */
+/* Memory that is freed after the case; the size is exact, so that ASan detects reads beyond it. */
 void *kunit_kmalloc(struct kunit *test, size_t size, gfp_t gfp);
 void *kunit_kzalloc(struct kunit *test, size_t size, gfp_t gfp);
 void *kunit_kcalloc(struct kunit *test, size_t n, size_t size, gfp_t gfp);
@@ -109,7 +109,7 @@ __printf(3, 4) void kunit_log_line(struct kunit *test, const char *level, const 
 	longjmp((test)->abort, 1);							\
 } while (0)
 
-/* What every failed expectation ends in; an assertion also leaves the case. */
+/* Called by every failed expectation; an assertion also exits the case. */
 struct kunit_place {
 	const char *file;
 	int line;
@@ -180,7 +180,7 @@ void kunit_bytes(struct kunit *test, const char *what, const void *bytes, size_t
 	kunit_failed(test, KUNIT_PLACE(true), fmt, ##__VA_ARGS__)
 #define KUNIT_SUCCEED(test)	do { (void)(test); } while (0)
 
-/* The plain forms: an expectation without a message of its own. */
+/* The simple forms: an expectation without a message. */
 #define KUNIT_NO_MSG	"%s", ""
 
 #define KUNIT_EXPECT_EQ(t, l, r)	KUNIT_BINARY(t, false, l, ==, r, KUNIT_NO_MSG)
