@@ -16,19 +16,19 @@ struct limits {
 	struct timespec began;
 };
 
-/* The options' arguments; what is invalid is a usage error and ends here */
+/* Arguments of the options; an invalid one is a usage error and exits */
 void limits_count(struct limits *limits, const char *text, const struct argp_state *state);
 void limits_timeout(struct limits *limits, const char *text, const struct argp_state *state);
 
 void limits_start(struct limits *limits);
 bool limits_reached(const struct limits *limits);
 bool limits_time_is_up(const struct limits *limits);
-/* How long poll() is to wait, at most this many milliseconds */
+/* Timeout for poll(), limited to this number of milliseconds */
 int limits_wait_ms(const struct limits *limits, double most);
-/* What such an end means: a count that was not reached in time is a failure. */
+/* The status of such an end: a count that was not reached in time is a failure. */
 int limits_status(const struct limits *limits);
 
-/* Seconds from text; a usage error ends here. Also used for other times. */
+/* Seconds from text; exits after a usage error. Also used for other times. */
 double parse_seconds(const char *text, const char *what, const struct argp_state *state);
 
 #endif /* CLI_LIMITS_H */

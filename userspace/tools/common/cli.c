@@ -25,7 +25,7 @@ static char *last_message;	/* since the last document */
 static const struct argp_option common_options[] = {
 	{ "device", 'd', "DEVICE", 0, "Which one, as list names it", 10 },
 	{ "json", 'j', NULL, 0, "Print JSON", 10 },
-	{ NULL, 'h', NULL, OPTION_HIDDEN, NULL, 0 },	/* argp's own is -? */
+	{ NULL, 'h', NULL, OPTION_HIDDEN, NULL, 0 },	/* that of argp is -? */
 	{ 0 }
 };
 
@@ -105,7 +105,7 @@ static error_t parse_tool(int key, char *argument, struct argp_state *state)
 		argp_state_help(state, state->out_stream, ARGP_HELP_STD_HELP);
 		return 0;
 	case ARGP_KEY_ARG:
-		/* what follows is the verb's */
+		/* the rest is for the verb */
 		choice->verb = state->next - 1;
 		state->next = state->argc;
 		return 0;
@@ -147,7 +147,7 @@ static int run_verb(const struct cli_verb *verb, int argc, char **argv)
 	char *name;
 	int status;
 
-	/* argp's usage and messages begin with it */
+	/* usage and messages of argp start with it */
 	if (asprintf(&name, "%s %s", cli_tool->name, verb->name) < 0)
 		return cli_errno(ENOMEM, "%s", verb->name);
 	argv[0] = name;
@@ -178,13 +178,13 @@ int cli_main(const struct cli_tool *tool, int argc, char **argv)
 	const struct cli_verb *verb;
 
 	cli_tool = tool;
-	argv[0] = (char *)tool->name;	/* not the path, in getopt's messages, too */
+	argv[0] = (char *)tool->name;	/* not the path, also in messages of getopt */
 	argp_err_exit_status = CLI_USAGE;
 	argp_program_version_hook = print_version;
 	argp.doc = tool_doc(tool);
 	argp_parse(&argp, argc, argv, ARGP_IN_ORDER, NULL, &choice);
 	free((char *)argp.doc);
-	/* --version is the tool's alone */
+	/* --version is only for the tool */
 	argp_program_version_hook = NULL;
 
 	verb = find_verb(tool, argv[choice.verb]);
@@ -204,7 +204,7 @@ static void say(int error, const char *format, va_list arguments)
 {
 	char *message = NULL, *text;
 
-	/* what was printed before stands before it on a terminal too */
+	/* earlier output also precedes it on a terminal */
 	fflush(stdout);
 	if (vasprintf(&text, format, arguments) < 0)
 		return;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-only */
 /*
- * What xhcctl and xy3ctl have in common on the command line: TOOL VERB [OPTION...] [ARGUMENT...]
+ * Common command line of xhcctl and xy3ctl: TOOL VERB [OPTION...] [ARGUMENT...]
  *
  * Results go to standard output, as text or with --json as JSON; error messages go to
  * standard error, with the tool's name before them. The exit status is one of enum cli_status.
@@ -20,13 +20,13 @@ struct json_object;
 
 enum cli_status {
 	CLI_OK = 0,
-	CLI_FAILURE = 1,	/* it was tried and did not work, or doctor has found something */
+	CLI_FAILURE = 1,	/* it has failed, or doctor has found something */
 	CLI_USAGE = 2,		/* invalid usage; nothing was done */
 	CLI_NO_DEVICE = 3,	/* there is no such device, or no device */
 	CLI_INTERRUPTED = 130,	/* ended by SIGINT, as shells count it; verbs return CLI_OK */
 };
 
-/* Options that every verb has. Zero before the parser of the verb fills it in. */
+/* Options of all verbs. Zero before it is set by the parser of the verb. */
 struct cli_common {
 	bool json;
 	const char *device;	/* argument of --device, or NULL */
@@ -41,7 +41,7 @@ struct cli_verb {
 
 struct cli_tool {
 	const char *name;
-	const char *summary;	/* one line, for the manual page's NAME */
+	const char *summary;	/* one line, for NAME of the manual page */
 	const char *text;	/* paragraphs after the list of verbs, or NULL */
 	const char *const *modules;	/* for --version, terminated by NULL */
 	const struct cli_verb *verbs;	/* terminated by an empty one */
@@ -54,15 +54,15 @@ const char *cli_tool_name(void);
 int cli_main(const struct cli_tool *tool, int argc, char **argv);
 
 /*
- * For a verb's struct argp: .children = cli_children. Its parser must give a pointer to a
- * struct cli_common on: state->child_inputs[0] = ..., at ARGP_KEY_INIT.
+ * For the struct argp of a verb: .children = cli_children. Its parser must pass a pointer to a
+ * struct cli_common: state->child_inputs[0] = ..., at ARGP_KEY_INIT.
  */
 extern const struct argp_child cli_children[];
-/* The same by itself, for a verb that has other children, too */
+/* The same separately, for a verb that also has other children */
 extern const struct argp cli_common_argp;
 
 /*
- * For a verb that has no options and takes no arguments beside the common ones: parse these.
+ * For a verb that only has the common options and arguments: parse these.
  * text: that of `TOOL VERB --help`. Return the common options.
  */
 struct cli_common cli_parse_common(const char *text, int argc, char **argv);
@@ -73,10 +73,10 @@ int cli_error(const char *format, ...) __attribute__((format(printf, 1, 2)));
 int cli_errno(int error, const char *format, ...) __attribute__((format(printf, 2, 3)));
 /* The same. Return CLI_NO_DEVICE. */
 int cli_no_device(const char *format, ...) __attribute__((format(printf, 1, 2)));
-/* The same, with a hint at --help. Return CLI_USAGE. */
+/* The same, with a hint to --help. Return CLI_USAGE. */
 int cli_usage(const char *format, ...) __attribute__((format(printf, 1, 2)));
 
-/* The last of these messages, to be freed; NULL when there is none. The next call has NULL. */
+/* The last of these messages, to be freed; NULL if there is none. The next call returns NULL. */
 char *cli_take_message(void);
 
 /*
@@ -88,33 +88,33 @@ char *cli_take_message(void);
 
 struct json_object *cli_json_new(const char *verb);
 /*
- * Print the document on a line of its own, at once, and free it. If there was an error message
- * since the last document, it is the member "error". A verb that fails without a document needs
- * none for that: cli_main() prints one. Return CLI_OK or CLI_FAILURE.
+ * Print the document on a separate line, immediately, and free it. If there was an error message
+ * since the last document, it is the member "error". A verb that fails without a document does not
+ * have to print one for the error: cli_main() prints it. Return CLI_OK or CLI_FAILURE.
  */
 int cli_json_print(struct json_object *document);
 /* Shortcuts; a NULL text is null */
 void cli_json_text(struct json_object *object, const char *key, const char *value);
 void cli_json_number(struct json_object *object, const char *key, long long value);
-/* In milliseconds' resolution */
+/* With millisecond resolution */
 void cli_json_seconds(struct json_object *object, const char *key, double seconds);
 void cli_json_bool(struct json_object *object, const char *key, bool value);
 
-/* Colour and progress are for people: is this descriptor a terminal that supports them? */
+/* Whether this descriptor is a terminal that supports colour and progress */
 bool cli_is_terminal(int fd);
 
 /* For cli_colour() */
 enum cli_colour { CLI_PLAIN, CLI_BOLD, CLI_DIM, CLI_RED, CLI_GREEN, CLI_YELLOW, CLI_CYAN };
 
-/* The sequence that begins a colour on standard output; "" when that is no terminal */
+/* The sequence that starts a colour on standard output; "" if it is not a terminal */
 const char *cli_colour(enum cli_colour colour);
 
 /*
  * For verbs that run until they are interrupted: SIGINT, SIGTERM or SIGHUP once received
- * since cli_catch_signals(), or 0. A read() or poll() under way returns EINTR then.
+ * since cli_catch_signals(), or 0. A read() or poll() in progress returns EINTR then.
  */
 void cli_catch_signals(void);
-/* These signals end the program again, for what can only be ended by that */
+/* These signals end the program again, for calls that cannot be ended otherwise */
 void cli_release_signals(void);
 int cli_interrupted(void);
 

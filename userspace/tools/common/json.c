@@ -48,7 +48,7 @@ void cli_json_seconds(struct json_object *object, const char *key, double second
 {
 	char text[32];
 
-	/* a double alone would be printed with digits that nothing has measured */
+	/* a double would be printed with more digits than were measured */
 	snprintf(text, sizeof(text), "%.3f", seconds);
 	json_object_object_add(object, key, json_object_new_double_s(seconds, text));
 }

@@ -8,7 +8,7 @@
 
 #include <stddef.h>
 
-/* The text without its last newline, cut where it has no room. Return its length. */
+/* The text without its last newline, truncated to the room. Return its length. */
 int sysfs_read(char *text, size_t size, const char *path, ...)
 	__attribute__((format(printf, 3, 4)));
 /* A number, decimal or 0x hexadecimal. Return 0, or -EINVAL if it is not a number. */

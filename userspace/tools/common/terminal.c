@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * What is for people at a terminal only, and how they stop a verb. See cli.h.
+ * Features for terminals only, and signals that stop a verb. See cli.h.
  */
 #include <signal.h>
 #include <stdlib.h>

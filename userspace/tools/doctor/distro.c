@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * Advice that depends on the distribution. Without a command that is right there, it is words.
+ * Advice that depends on the distribution. If no command is known for it, it is text.
  */
 #include <stdio.h>
 #include <stdlib.h>
@@ -11,7 +11,7 @@
 
 enum family { OTHER, DEBIAN, UBUNTU, FEDORA, ARCH };
 
-/* A variable of os-release, without quotes; "" when it has none */
+/* A variable of os-release, without quotes; "" if it does not exist */
 static void read_variable(struct doctor *doctor, const char *variable, char *value, size_t size)
 {
 	char text[4096];
@@ -35,7 +35,7 @@ static enum family find_family(struct doctor *doctor)
 		const char *name;
 		enum family family;
 	} names[] = {
-		/* Ubuntu's relatives are like Debian, too */
+		/* Derivatives of Ubuntu are like Debian, too */
 		{ "ubuntu", UBUNTU }, { "debian", DEBIAN }, { "raspbian", DEBIAN },
 		{ "fedora", FEDORA }, { "rhel", FEDORA }, { "arch", ARCH },
 	};
@@ -62,7 +62,7 @@ bool doctor_is_image(struct doctor *doctor)
 	return doctor_exists(doctor, "/run/ostree-booted") || !strcmp(id, "steamos");
 }
 
-/* The class in the header of an ELF file: 32 or 64; 0 when it is none */
+/* The class in the header of an ELF file: 32 or 64; 0 if it is not an ELF file */
 static int elf_bits(struct doctor *doctor, const char *path)
 {
 	char header[6];
@@ -80,7 +80,7 @@ static bool kernel_is_64_bit(struct doctor *doctor)
 	return strstr(arch, "64") || strstr(doctor_kernel(doctor), "-v8");
 }
 
-/* Six digits are the version once more: 6.17.8-061708-generic */
+/* Six digits repeat the version: 6.17.8-061708-generic */
 static bool is_ubuntu_mainline(const char *kernel)
 {
 	const char *dash = strchr(kernel, '-');
@@ -88,12 +88,12 @@ static bool is_ubuntu_mainline(const char *kernel)
 	return dash && strspn(dash + 1, "0123456789") >= 6;
 }
 
-/* The database of dpkg is private. A package of a kernel has a directory of its own. */
+/* The database of dpkg is private. A package of a kernel has a separate directory. */
 static bool is_package(struct doctor *doctor, const char *kernel)
 {
 	static const char *const names[] = {
 		"doc/linux-image", "doc/linux-image-unsigned", "doc/linux-modules",
-		"bug/linux-image",	/* Debian's, where documentation is left out */
+		"bug/linux-image",	/* a file of Debian, if documentation is not installed */
 	};
 	char path[256];
 
@@ -119,7 +119,7 @@ static void apt_headers(struct doctor *doctor, char *fix, size_t size)
 			 "built with it, or start a kernel of the distribution");
 }
 
-/* A kernel's package has its name beside the modules */
+/* The package of a kernel has a file with its name beside the modules */
 static void pacman_headers(struct doctor *doctor, char *fix, size_t size)
 {
 	char path[256], name[64];

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * The verb doctor: what checks have in common. See doctor.h.
+ * The verb doctor: common functions of checks. See doctor.h.
  */
 #include <ctype.h>
 #include <errno.h>
@@ -27,7 +27,7 @@ struct doctor {
 	struct cli_common common;
 	const char *root;
 	const struct doctor_tool *tool;
-	const struct doctor_check *check;	/* that is at work */
+	const struct doctor_check *check;	/* the current one */
 	char kernel[128];
 	char paths[8][PATH_MAX];
 	unsigned int path;
@@ -88,7 +88,7 @@ static char *doc(const struct doctor_tool *tool)
 	return text;
 }
 
-/* ---- what is said ---- */
+/* ---- messages ---- */
 
 static void say(struct doctor *doctor, const char *status, enum cli_colour colour, const char *fix,
 		const char *format, va_list arguments)
@@ -143,7 +143,7 @@ void doctor_found(struct doctor *doctor, const char *fix, const char *format, ..
 	doctor->found++;
 }
 
-/* ---- what is checked ---- */
+/* ---- data to check ---- */
 
 const struct doctor_tool *doctor_tool_of(const struct doctor *doctor)
 {
@@ -259,13 +259,13 @@ bool doctor_holder(struct doctor *doctor, const char *node, char *name, size_t s
 	return held;
 }
 
-/* The line that has udev look again, and the one that makes a user a member */
+/* The line that makes udev process devices again, and the one that makes a user a member */
 #define TRIGGER "sudo udevadm control --reload && sudo udevadm trigger --action=bind " \
 	"--subsystem-match=hid && sudo udevadm trigger --action=add --subsystem-match=input " \
 	"--subsystem-match=xy3 --subsystem-match=iio --subsystem-match=tty"
 #define JOIN "sudo usermod -aG " GROUP " \"$USER\"   # and log in again"
 
-/* By the list of groups; a process has those of its login */
+/* From the list of groups; a process has those of its login */
 static bool is_member(const struct group *group)
 {
 	const struct passwd *user = getpwuid(getuid());
@@ -297,7 +297,7 @@ void doctor_access(struct doctor *doctor, const char *path, bool read, const cha
 			     "has not been at it", device, path);
 		return;
 	}
-	/* also by an ACL, which udev gives to the seat's user */
+	/* also by an ACL, which udev sets for the user at the seat */
 	if (access(whole, read ? R_OK | W_OK : W_OK) && is_member(group)) {
 		doctor_found(doctor, "log out and in again, or restart", "%s: you may not use %s: "
 			     "you are in the group " GROUP ", but were not when you logged in",
@@ -312,7 +312,7 @@ void doctor_access(struct doctor *doctor, const char *path, bool read, const cha
 	doctor_ok(doctor, "%s: %s is for the group " GROUP, device, path);
 }
 
-/* ---- the device that --device names ---- */
+/* ---- the device of --device ---- */
 
 #define FOUND_MAX 32
 
@@ -344,7 +344,7 @@ static void add_device(struct doctor *doctor, const char *path)
 			 last_part(path));
 }
 
-/* A device by its name, a node of it, or where it is plugged in */
+/* A device by its name, a node of it, or its port */
 static void compare_device(struct doctor *doctor, const char *path)
 {
 	static const char *const nodes[] = { "input/input*/event*", "hidraw/hidraw*" };
@@ -364,7 +364,7 @@ static void compare_device(struct doctor *doctor, const char *path)
 		add_device(doctor, path);
 }
 
-/* In the order of list: numbers after the last . or - */
+/* In the order of the verb list: numbers after the last . or - */
 static int compare_numbers(const void *one, const void *two)
 {
 	unsigned long x = strtoul(one + strcspn(one, ".-") + 1, NULL, 16);
@@ -373,7 +373,7 @@ static int compare_numbers(const void *one, const void *two)
 	return (x > y) - (x < y);
 }
 
-/* Names are those of list. Replace one by the device's own. Return an enum cli_status. */
+/* Replace a name of the verb list by that of the device. Return an enum cli_status. */
 static int find_device(struct doctor *doctor)
 {
 	const char *name = doctor->common.device;
@@ -403,7 +403,7 @@ static int find_device(struct doctor *doctor)
 	return CLI_OK;
 }
 
-/* ---- the whole ---- */
+/* ---- the verb ---- */
 
 static void run_checks(struct doctor *doctor, const struct doctor_check *checks)
 {

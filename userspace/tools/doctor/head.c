@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * What keeps a scanhead from working: checks of xy3ctl. See userspace/abi/sysfs-class-xy3.
+ * Checks of scanheads by xy3ctl. See userspace/abi/sysfs-class-xy3.
  */
 #include <limits.h>
 #include <stdio.h>
@@ -34,15 +34,15 @@ static bool has(struct doctor *doctor, const char *path, const char *name)
 	return doctor_exists(doctor, file);
 }
 
-/* A pseudo terminal has no link, but a rate */
+/* A pseudo terminal has no link, but it has a rate */
 static bool has_back(struct doctor *doctor, const char *path)
 {
 	return number_of(doctor, path, "rate") > 0;
 }
 
-/* ---- the line discipline's number ---- */
+/* ---- the number of the line discipline ---- */
 
-/* The owner of a number, by /proc/tty/ldiscs; "" when it has none */
+/* The owner of a number, from /proc/tty/ldiscs; "" if it has none */
 static void ldisc_owner(struct doctor *doctor, int wanted, char *name, size_t size)
 {
 	FILE *file = fopen(doctor_path(doctor, "/proc/tty/ldiscs"), "re");
@@ -163,7 +163,7 @@ static void look_back(struct doctor *doctor)
 	doctor_each(doctor, HEADS, look_back_of);
 }
 
-/* Not those who are there to hold it */
+/* Not programs that hold it on purpose */
 static bool may_hold(const char *process)
 {
 	return !strcmp(process, "ldattach") || !strcmp(process, "xy3ctl");
@@ -200,7 +200,7 @@ static void look_uart(struct doctor *doctor)
 
 static bool strange;
 
-/* -40 to 150 degrees is what electronics and motors live in */
+/* -40 to 150 degrees is the range for electronics and motors */
 static void look_temperature(struct doctor *doctor, const char *path)
 {
 	long long millidegrees;

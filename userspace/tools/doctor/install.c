@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * Is it installed? Headers, DKMS, modules, signatures, udev's rules: checks of both tools.
+ * Checks of the installation by both tools: headers, DKMS, modules, signatures, udev rules.
  */
 #include <limits.h>
 #include <stdio.h>
@@ -11,13 +11,13 @@
 #include "cli.h"
 #include "doctor.h"
 
-#define NAME "xhc-xy3"		/* dkms.conf's PACKAGE_NAME */
+#define NAME "xhc-xy3"		/* PACKAGE_NAME of dkms.conf */
 
-/* ---- the module's file ---- */
+/* ---- the file of the module ---- */
 
 /*
- * Where modules.dep has a module of the running kernel, below the kernel's folder: "" when it has
- * none.
+ * The path in modules.dep of a module of the running kernel, below the folder of the kernel: "" if
+ * there is none.
  */
 static void find_module(struct doctor *doctor, const char *module, char *path, size_t size)
 {
@@ -49,7 +49,7 @@ static bool is_loaded(struct doctor *doctor, const struct doctor_driver *driver)
 	return doctor_exists(doctor, path);
 }
 
-/* Is there a module for each driver? */
+/* Check that there is a module for each driver */
 static bool has_modules(struct doctor *doctor)
 {
 	const struct doctor_driver *driver = doctor_tool_of(doctor)->drivers;
@@ -89,12 +89,12 @@ static void look_headers(struct doctor *doctor)
 
 struct states {
 	bool installed;		/* for the running kernel */
-	char version[32];	/* the newest that is there */
+	char version[32];	/* the newest one */
 };
 
 static struct states dkms;
 
-/* /var/lib/dkms/NAME/VERSION; and NAME/kernel-RELEASE-MACHINE beside it for what is installed */
+/* /var/lib/dkms/NAME/VERSION; and NAME/kernel-RELEASE-MACHINE beside it if installed */
 static void take_state(struct doctor *doctor, const char *path)
 {
 	const char *name = strrchr(path, '/') + 1;
@@ -169,10 +169,10 @@ static void look_dkms(struct doctor *doctor)
 
 static struct {
 	const char *module;
-	char why[128];		/* "" when it was not left out */
+	char why[128];		/* "" if it was not left out */
 } left_out;
 
-/* A build's log has a line on each module that it left out, see Kbuild at the top */
+/* The log of a build has a line for each module that is left out, see Kbuild at the top */
 static void take_left_out(struct doctor *doctor, const char *path)
 {
 	char *line = NULL, start[64];
@@ -243,11 +243,11 @@ static void look_modules(struct doctor *doctor)
 		look_module(doctor, driver);
 }
 
-/* ---- modprobe's configuration ---- */
+/* ---- the configuration of modprobe ---- */
 
 static struct {
 	const char *module;
-	char file[PATH_MAX];	/* that keeps it from being loaded; "" when none does */
+	char file[PATH_MAX];	/* that prevents loading it; "" if there is none */
 } barred;
 
 /* modprobe treats - and _ as the same */
@@ -287,7 +287,7 @@ static void look_modprobe_file(struct doctor *doctor, const char *path)
 	fclose(file);
 }
 
-/* module_blacklist=NAME,... is the kernel's; modprobe.blacklist=NAME,... modprobe's */
+/* module_blacklist=NAME,... is for the kernel; modprobe.blacklist=NAME,... for modprobe */
 static void look_command_line(struct doctor *doctor)
 {
 	char text[4096], *words = text, *word, *names, *name;
@@ -353,7 +353,7 @@ static void look_version(struct doctor *doctor)
 
 /* ---- Secure Boot ---- */
 
-/* What a kernel appends to a signed module (scripts/sign-file.c) */
+/* Appended to a signed module (scripts/sign-file.c) */
 static const char signature_mark[] = "~Module signature appended~\n";
 
 /* 1: signed, 0: not signed, -1: unknown, as the file is compressed or missing */
@@ -376,7 +376,7 @@ static int is_signed(struct doctor *doctor, const char *path)
 	return result;
 }
 
-/* Whether the kernel loads signed modules only, and why */
+/* Whether the kernel only loads signed modules, and why */
 static const char *enforced_by(struct doctor *doctor)
 {
 	static const char variable[] = "/sys/firmware/efi/efivars/"
@@ -419,7 +419,7 @@ static void look_signature(struct doctor *doctor)
 		answer = is_signed(doctor, path);
 		snprintf(enrol, sizeof(enrol), "sudo mokutil --import %s   # then restart, and "
 			 "choose Enroll MOK", key);
-		/* DKMS signs what it builds: to install it once more is not enough */
+		/* DKMS signs in builds: installing it again is not sufficient */
 		snprintf(sign, sizeof(sign), "sudo mokutil --import %s && sudo dkms build --force "
 			 NAME "/" VERSION " && sudo dkms install --force " NAME "/" VERSION
 			 "   # then restart, and choose Enroll MOK", key);
@@ -441,7 +441,7 @@ static void look_signature(struct doctor *doctor)
 
 static void look_rules(struct doctor *doctor)
 {
-	/* the first that has the file is the one that counts (udev(7)) */
+	/* the first one with the file has priority (udev(7)) */
 	static const char *const folders[] = {
 		"/etc/udev/rules.d", "/run/udev/rules.d", "/usr/local/lib/udev/rules.d",
 		"/usr/lib/udev/rules.d", "/lib/udev/rules.d",
@@ -454,7 +454,7 @@ static void look_rules(struct doctor *doctor)
 		snprintf(path, sizeof(path), "%s/%s", folders[i], name);
 		if (stat(doctor_path(doctor, "%s", path), &about))
 			continue;
-		/* the usual way to switch one off: empty, or a link to /dev/null */
+		/* the usual way to disable one: empty, or a link to /dev/null */
 		if (!S_ISREG(about.st_mode) || !about.st_size) {
 			snprintf(fix, sizeof(fix), "sudo rm %s && sudo udevadm control --reload",
 				 path);

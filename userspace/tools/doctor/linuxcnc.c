@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * LinuxCNC's HAL files name keys by their codes: does a pendant send those?
+ * HAL files of LinuxCNC refer to keys by codes: check that pendants send these codes.
  */
 #include <limits.h>
 #include <linux/input-event-codes.h>
@@ -13,7 +13,7 @@
 
 #define PENDANTS "/sys/bus/hid/drivers/hid-xhc/0003:*"
 #define PIN "btn-trigger-happy"
-#define KEYS 23			/* scan codes; the selector's have higher numbers */
+#define KEYS 23			/* scan codes; those of the selector have higher numbers */
 
 static struct {
 	bool sent[KEYS + 1];	/* by any of the pendants */

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * What keeps a pendant from working: checks of xhcctl. See userspace/abi/sysfs-driver-hid-xhc.
+ * Checks of pendants by xhcctl. See userspace/abi/sysfs-driver-hid-xhc.
  */
 #include <ctype.h>
 #include <limits.h>
@@ -21,9 +21,9 @@ enum kind {
 	NO_PENDANT,
 };
 
-/* The vendor's devices that have been seen. The driver binds exact ids only. */
+/* Known devices of the vendor. The driver only binds to exact ids. */
 static const struct product {
-	const char *id;		/* as sysfs has it */
+	const char *id;		/* as in sysfs */
 	enum kind kind;
 	const char *name;
 	const char *todo;
@@ -45,7 +45,7 @@ static const char *name_of(const char *path)
 	return strrchr(path, '/') + 1;
 }
 
-/* NULL: it is none of the table */
+/* NULL: it is not in the table */
 static const struct product *find_product(const char *id)
 {
 	for (size_t i = 0; i < ARRAY_SIZE(products); i++) {
@@ -61,7 +61,7 @@ static void ignore(struct doctor *doctor, const char *path)
 	(void)path;
 }
 
-/* The id of a USB device of the vendor. Return false for devices of others. */
+/* The id of a USB device of the vendor. Return false for devices of other vendors. */
 static bool read_product(struct doctor *doctor, const char *path, char *id, size_t size)
 {
 	char file[PATH_MAX], vendor[8];
@@ -73,7 +73,7 @@ static bool read_product(struct doctor *doctor, const char *path, char *id, size
 	return doctor_read(doctor, id, size, file) >= 0;
 }
 
-/* ---- USB: what is it ---- */
+/* ---- USB: the model ---- */
 
 /* HID devices of this id in a folder of their bus. Their names have capitals. */
 static void hid_devices(char *pattern, size_t size, const char *folder, const char *id)
@@ -82,7 +82,7 @@ static void hid_devices(char *pattern, size_t size, const char *folder, const ch
 		 toupper(id[1]), toupper(id[2]), toupper(id[3]));
 }
 
-/* Was this id added to the driver? */
+/* Whether this id was added to the driver */
 static bool is_driven(struct doctor *doctor, const char *id)
 {
 	char pattern[64];
@@ -120,9 +120,9 @@ static void look_model(struct doctor *doctor)
 	doctor_each(doctor, "/sys/bus/usb/devices/*-*", look_model_of);
 }
 
-/* ---- USB: does the kernel have it ---- */
+/* ---- USB: the driver of the interface ---- */
 
-static unsigned int plugged, taken;	/* supported devices; those that libusb has */
+static unsigned int plugged, taken;	/* supported devices; those used by libusb */
 
 static void look_interface(struct doctor *doctor, const char *path)
 {
@@ -145,7 +145,7 @@ static void look_interface(struct doctor *doctor, const char *path)
 	snprintf(node, sizeof(node), "/dev/bus/usb/%03lld/%03lld", bus, device);
 	snprintf(fix, sizeof(fix), "echo %s | sudo tee /sys/bus/usb/drivers/usbhid/bind", name);
 	if (doctor_holder(doctor, node, holder, sizeof(holder), &pid)) {
-		/* the second is for the program: it holds the interface until it has ended */
+		/* the second line is for the program: it holds the interface until it exits */
 		snprintf(fix, sizeof(fix), "sudo kill %d && sleep 1 && echo %s | "
 			 "sudo tee /sys/bus/usb/drivers/usbhid/bind", (int)pid, name);
 		doctor_found(doctor, fix, "%s has taken %s from the kernel by libusb (process %d)",
@@ -157,7 +157,7 @@ static void look_interface(struct doctor *doctor, const char *path)
 	}
 }
 
-/* USB devices; of others only their own attributes are checked */
+/* USB devices; for others only their attributes are checked */
 static void look_usb_device(struct doctor *doctor, const char *path)
 {
 	const struct product *product;
@@ -180,7 +180,7 @@ static void look_holder(struct doctor *doctor)
 	doctor_each(doctor, "/sys/bus/usb/devices/*-*", look_usb_device);
 }
 
-/* ---- HID: is it ours ---- */
+/* ---- HID: the driver ---- */
 
 static void look_driver_of(struct doctor *doctor, const char *path)
 {

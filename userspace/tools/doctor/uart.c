@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * Serial ports of scanheads: who else uses one, and whether it is fit for a head.
+ * Serial ports of scanheads: other users of a port, and whether it is suitable for a head.
  *
- * Nothing distinguishes a port with a head. While a head is attached only its port is looked
- * at; otherwise all are, as one of them may be meant.
+ * Nothing distinguishes a port with a head. While a head is attached, only its port is checked;
+ * otherwise all ports, as any of them may be for a head.
  */
 #include <limits.h>
 #include <stdio.h>
@@ -23,8 +23,8 @@ struct port {
 };
 
 static struct {
-	bool attached;		/* is any head */
-	bool modem_manager;	/* does it run */
+	bool attached;		/* whether there is a head */
+	bool modem_manager;	/* whether it runs */
 	char uart[32];		/* of the head that is compared */
 	bool is_uart;
 	unsigned int free;	/* ports that nothing uses */
@@ -48,7 +48,7 @@ static void compare_uart(struct doctor *doctor, const char *path)
 	ports.is_uart |= name[0] && !strcmp(name, ports.uart);
 }
 
-/* A pseudo terminal has no link, but a rate */
+/* A pseudo terminal has no link, but it has a rate */
 static void look_rate(struct doctor *doctor, const char *path)
 {
 	ports.attached |= doctor_number(doctor, path) > 0;
@@ -62,7 +62,7 @@ static bool is_attached(struct doctor *doctor, const char *name)
 	return ports.is_uart;
 }
 
-/* The kernel's console, as one of the words in console/active */
+/* The console of the kernel, a word in console/active */
 static bool is_console(struct doctor *doctor, const char *name)
 {
 	char text[128];
@@ -84,7 +84,7 @@ static bool has_getty(struct doctor *doctor, const char *name)
 	return doctor_holder(doctor, node, holder, sizeof(holder), &pid) && strstr(holder, "getty");
 }
 
-/* Return false when the tty is no serial port: it has no device, or the driver found no UART. */
+/* Return false if the tty is not a serial port: without a device, or the driver found no UART. */
 static bool read_port(struct doctor *doctor, const char *path, struct port *port)
 {
 	char file[PATH_MAX], type[16];
@@ -136,7 +136,7 @@ const char *doctor_free_port(struct doctor *doctor)
 
 /* ---- one port ---- */
 
-/* Does a udev rule keep ModemManager away? */
+/* Whether a udev rule makes ModemManager ignore it */
 static bool is_ignored(struct doctor *doctor, const char *name)
 {
 	char number[16], path[64], text[4096];
@@ -147,7 +147,7 @@ static bool is_ignored(struct doctor *doctor, const char *name)
 	       strstr(text, "E:ID_MM_PORT_IGNORE=1");
 }
 
-/* The USB interface that a tty belongs to, as KERNELS in a rule; false: it is not on USB */
+/* The USB interface of a tty, as KERNELS in a rule; false: it is not on USB */
 static bool usb_interface(struct doctor *doctor, const char *name, char *interface, size_t size)
 {
 	char path[PATH_MAX];
@@ -188,7 +188,7 @@ static void look_port(struct doctor *doctor, const char *path)
 
 	if (!read_port(doctor, path, &port) || (ports.attached && !port.attached))
 		return;
-	/* no matter while there is another port */
+	/* irrelevant if there is another port */
 	if (port.console && (port.attached || !ports.free)) {
 		snprintf(fix, sizeof(fix), "remove it from the kernel's command line (Raspberry "
 			 "Pi: `console=serial0,...' in /boot/firmware/cmdline.txt; others: "
@@ -223,7 +223,7 @@ void look_ports(struct doctor *doctor)
 		doctor_skip(doctor, "there is no serial port");
 }
 
-/* ---- USB adapters that are no port ---- */
+/* ---- USB adapters without a port ---- */
 
 static const struct {
 	const char *id, *driver;
@@ -256,7 +256,7 @@ static void ignore(struct doctor *doctor, const char *path)
 	(void)path;
 }
 
-/* It claims adapters by udev rules, whether there is a braille display or not. */
+/* It claims adapters by udev rules, with or without a braille display. */
 static bool has_brltty(struct doctor *doctor)
 {
 	return doctor_each(doctor, "/usr/lib/udev/rules.d/*brltty*.rules", ignore) ||

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * xhcctl doctor: what keeps a pendant from working.
+ * xhcctl doctor: find out why a pendant does not work.
  */
 #include "doctor.h"
 #include "verbs.h"

@@ -72,7 +72,7 @@ enum field_index field_find(const char *name, size_t length)
 	return index;
 }
 
-/* By the one attribute that has all of the same moment */
+/* From the attribute that has all of them, read at the same time */
 static int read_coordinates(const struct pendant *pendant, struct values *values)
 {
 	const struct model *model = values->model;
@@ -114,7 +114,7 @@ int values_read(const struct pendant *pendant, struct values *values)
 	return 0;
 }
 
-/* As the driver has written it, with all its digits; JSON has no hexadecimal numbers */
+/* As printed by the driver, with all digits; JSON has no hexadecimal numbers */
 static struct json_object *value_json(const char *text)
 {
 	char *end;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-only */
 /*
- * The fields of a pendant's display: attributes in dro/, one table for show, set and monitor. Which
- * of them a model has is in model.h.
+ * The fields of the display of a pendant: attributes in dro/, one table for show, set and monitor.
+ * The fields of each model are in model.h.
  */
 #ifndef FIELDS_H
 #define FIELDS_H
@@ -19,24 +19,24 @@ enum field_index {
 	FEEDRATE_OVERRIDE, SPINDLE_OVERRIDE, FEEDRATE, SPINDLE_SPEED,
 	STEP, ICON, STATE, DAY, MODE, COORDINATES, RESET, REFRESH_MS,
 	FIELDS,
-	/* to be written only: they read as the coordinates that they are */
+	/* write only: they are read as the coordinates */
 	POSITION = FIELDS, ROWS,
 	SETTABLE
 };
 
 struct field {
 	const char *name;
-	const char *range;	/* in words; NULL: see field_print_range() */
-	bool number;		/* a JSON number, whenever it is one */
-	enum field_index group;	/* that it is a part of; 0: of none */
+	const char *range;	/* as text; NULL: see field_print_range() */
+	bool number;		/* a JSON number, if it is a number */
+	enum field_index group;	/* the group with this field; 0: none */
 };
 
 extern const struct field fields[SETTABLE];
 
-/* What a value may be, for messages */
+/* The range of a value, for messages */
 void field_print_range(FILE *stream, enum field_index index, const struct pendant *pendant);
 
-/* By name; SETTABLE when there is none */
+/* By name; SETTABLE if there is none */
 enum field_index field_find(const char *name, size_t length);
 
 #define FIELD_TEXT	128
@@ -46,10 +46,10 @@ struct values {
 	char text[FIELDS][FIELD_TEXT];
 };
 
-/* Return 0 or a negative errno: -ENOENT, -ENODEV when the pendant is gone. */
+/* Return 0 or a negative errno: -ENOENT, -ENODEV if the pendant was removed. */
 int values_read(const struct pendant *pendant, struct values *values);
 
-/* Those that the model has as members of an object */
+/* The fields of the model as members of an object */
 struct json_object *values_json(const struct values *values);
 
 #endif /* FIELDS_H */

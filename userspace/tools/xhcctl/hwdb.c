@@ -32,7 +32,7 @@ char *hwdb_path(const char *root)
 	return asprintf(&path, "%s%s", root ?: "", HWDB_FILE) < 0 ? NULL : path;
 }
 
-/* The folders of a file, below the first one that is there */
+/* Create the folders of a file, below the first existing one */
 static int make_folders(char *path)
 {
 	for (char *slash = strchr(path + 1, '/'); slash; slash = strchr(slash + 1, '/')) {
@@ -71,7 +71,7 @@ int hwdb_write(const char *path, const char *entry)
 	char *new;
 	int err, fd;
 
-	/* udev reads no name that does not end in .hwdb */
+	/* udev ignores names that do not end with .hwdb */
 	if (asprintf(&new, "%s.XXXXXX", path) < 0)
 		return cli_errno(ENOMEM, "%s", path);
 	err = make_folders(new);
@@ -111,7 +111,7 @@ static int run(char *const argv[])
 	return CLI_OK;
 }
 
-/* Whether both files are there and hold the same */
+/* Whether both files exist and have the same content */
 static bool same(const char *one, const char *two)
 {
 	FILE *a = fopen(one, "re"), *b = fopen(two, "re");
@@ -133,8 +133,8 @@ static bool same(const char *one, const char *two)
 }
 
 /*
- * systemd-hwdb compiles all entries into HWDB_BIN. Without any but the distribution's it is a copy
- * of the distribution's own file, which was enough before.
+ * systemd-hwdb compiles all entries to HWDB_BIN. With only entries of the distribution it is a copy
+ * of the file of the distribution, which was sufficient before.
  */
 static int compile(void)
 {
@@ -146,7 +146,7 @@ static int compile(void)
 	return status;
 }
 
-/* udevd of systemd 252 now and then hangs up on udevadm: ask again. */
+/* udevd of systemd 252 sometimes closes the connection of udevadm: retry. */
 static int ask_udevd(char *const argv[])
 {
 	int status = CLI_FAILURE;
@@ -182,8 +182,8 @@ static int give_code(int fd, unsigned int scan, unsigned int code)
 }
 
 /*
- * The codes that the driver has given the keys and the selector's positions. udev gives keys other
- * codes, but never these back when an entry goes.
+ * The codes that the driver has assigned to keys and positions of the selector. udev sets other
+ * codes, but does not restore these when an entry is removed.
  */
 static int give_first_codes(const char *node)
 {
@@ -204,8 +204,8 @@ static int give_first_codes(const char *node)
 }
 
 /*
- * Events from before the reload have to be over: they give keys the codes of the old entries. The
- * trigger gives them those of the new ones.
+ * Events from before the reload must be complete: they set the codes of the old entries. The
+ * trigger sets those of the new ones.
  */
 static int apply_to(char *node)
 {
@@ -227,7 +227,7 @@ int hwdb_apply(void)
 	int status, err;
 
 	status = compile();
-	/* in a container there may be none, and nothing that it has given other codes */
+	/* in a container there may be no udevd, and no keys with other codes */
 	if (status != CLI_OK || access(UDEVD_SOCKET, F_OK))
 		return status;
 	status = reload();

@@ -14,9 +14,8 @@
 #include "model.h"
 
 /*
- * Codes that systemd-logind, acpid, the power daemon of a desktop or the kernel act upon. A pendant
- * is used while a machine works: none of its keys may stop the computer or lock its user
- * out.
+ * Codes that systemd-logind, acpid, the power daemon of a desktop or the kernel act on. A pendant
+ * is used while a machine works: none of its keys may stop the computer or lock the session.
  */
 static const struct {
 	int code;
@@ -64,7 +63,7 @@ static bool printable(const char *text)
 	return true;
 }
 
-/* Return false when it is empty, too long or not ASCII. */
+/* Return false if it is empty, too long or not ASCII. */
 static bool take(char *to, size_t size, const char *from)
 {
 	if (!*from || strlen(from) >= size || !printable(from))
@@ -73,7 +72,7 @@ static bool take(char *to, size_t size, const char *from)
 	return true;
 }
 
-/* A key's scan code. Return what is wrong with it, NULL when nothing is. */
+/* The scan code of a key. Return an error message, or NULL. */
 static const char *take_code(const char *text, unsigned int *code)
 {
 	char *end;
@@ -119,7 +118,7 @@ static const char *take_key(struct layout *layout, char *const *field, unsigned 
 	return NULL;
 }
 
-/* Return what is wrong with a line, NULL when nothing is. last: the code of the key before. */
+/* Return an error message for a line, or NULL. last: the code of the key before. */
 static const char *take_line(struct layout *layout, char *line, unsigned int *last)
 {
 	char *field[4] = { 0 };
@@ -146,7 +145,7 @@ static const char *take_line(struct layout *layout, char *line, unsigned int *la
 	return take_key(layout, field, last);
 }
 
-/* Editors elsewhere end lines with \r\n, and begin a file with a byte order mark. */
+/* Editors of other systems end lines with \r\n, and start a file with a byte order mark. */
 static char *trim(char *line, bool first)
 {
 	size_t length = strcspn(line, "\n");
@@ -218,7 +217,7 @@ const char *layout_caption(const struct layout *layout, unsigned int scan, bool 
 	return layout->key[scan].caption;
 }
 
-/* As udev names it: in lower case, without KEY_ */
+/* The name in udev: in lower case, without KEY_ */
 static void print_code(FILE *stream, unsigned int scan, const char *code)
 {
 	fprintf(stream, " KEYBOARD_KEY_%02x=", scan);
@@ -241,8 +240,8 @@ void layout_entry(FILE *stream, const struct layout *layout, const struct pendan
 		fprintf(stream, "%s\n", layout->match);
 	fprintf(stream, " XHC_LAYOUT=%s\n", layout->name);
 	/*
-	 * Every key, also those that keep their code: udev would leave another layout's codes on
-	 * keys that are not listed.
+	 * All keys, also those that keep their code: otherwise keys would keep the codes of another
+	 * layout.
 	 */
 	for (unsigned int scan = 1; scan <= LAYOUT_KEYS; scan++) {
 		const char *caption = layout_caption(layout, scan, false) ?: "(no such key)";

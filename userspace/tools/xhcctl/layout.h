@@ -24,7 +24,7 @@ struct layout_key {
 struct layout {
 	char name[64];
 	char title[64];
-	char match[128];	/* udev's, for the pendants that have such keys */
+	char match[128];	/* of udev, for pendants with such keys */
 	unsigned int fn;	/* scan code of the key Fn, 0: there is none */
 	struct layout_key key[LAYOUT_KEYS + 1];	/* by scan code */
 };
@@ -41,13 +41,13 @@ int layout_read(const char *name, struct layout *layout);
 /* Name of the layout whose captions are shown for a pendant: the chosen one, or its model's */
 const char *layout_name(const struct pendant *pendant);
 
-/* What is printed on a key, or NULL. fn: for the key that is pressed while Fn is held */
+/* The label of a key, or NULL. fn: for a key that is pressed while Fn is held */
 const char *layout_caption(const struct layout *layout, unsigned int scan, bool fn);
 
 /*
- * The entry of udev's hwdb that chooses a layout, with a comment on each key. pendant: for this one
- * alone, by where it is plugged in; NULL for all of the model. captions: name the layout only, and
- * give the keys no codes.
+ * The entry of udev's hwdb that selects a layout, with a comment on each key. pendant: only for
+ * this one, by its port; NULL for all of the model. captions: only the name of the layout, without
+ * codes of keys.
  */
 void layout_entry(FILE *stream, const struct layout *layout, const struct pendant *pendant,
 		  bool captions);

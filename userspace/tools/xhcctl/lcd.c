@@ -31,7 +31,7 @@ static void print_to(char *to, size_t size, const char *format, ...)
 	va_end(arguments);
 }
 
-/* With all decimals: the driver leaves zeros at the end away */
+/* With all decimals: the driver omits trailing zeros */
 static const char *coordinate(char *to, size_t size, const char *text, unsigned int decimals)
 {
 	size_t whole = strcspn(text, "."), fraction = strlen(text + whole);
@@ -53,7 +53,7 @@ static void upper_case(char *to, size_t size, const char *words)
 		*to = *to == '+' ? ' ' : toupper((unsigned char)*to);
 }
 
-/* The day that the driver sends when it is left to it */
+/* The day that the driver sends by default */
 static int day_of(const char *text)
 {
 	time_t now = time(NULL);
@@ -126,7 +126,7 @@ void lcd_line_hb(FILE *stream, const struct values *values)
 		text[SPINDLE_OVERRIDE], text[STEP], text[ICON], text[STATE]);
 }
 
-/* The unit itself prints what its second rotary means in the mode that it is in */
+/* The unit prints the meaning of its second rotary in the current mode */
 static void rotary_text(char *to, size_t size, const struct lcd_view *view)
 {
 	static const char *const steps[ROTARY_POSITIONS] = {
@@ -192,7 +192,7 @@ void lcd_line_whb04b(FILE *stream, const struct values *values)
 		strcmp(text[RESET], "1") ? "" : " RESET");
 }
 
-/* A model of a later driver: nothing is known of its display */
+/* A model of a later driver: its display is unknown */
 void lcd_draw_unknown(struct lcd *lcd, const struct lcd_view *view)
 {
 	draw_frame(lcd, view, "no picture");

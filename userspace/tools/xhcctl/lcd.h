@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-only */
 /*
- * The display as a picture of text, the same that xhc-sim draws from what it has received
+ * The display as a picture of text, the same that xhc-sim draws from received frames
  */
 #ifndef LCD_H
 #define LCD_H
@@ -18,7 +18,7 @@ struct lcd {
 	char line[LCD_LINES][LCD_WIDTH + 1];
 };
 
-/* What a picture is made from */
+/* The data for a picture */
 struct lcd_view {
 	const struct model *model;
 	const struct values *values;

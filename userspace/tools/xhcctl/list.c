@@ -71,7 +71,7 @@ static int print_json(const struct pendants *list)
 	return cli_json_print(document);
 }
 
-/* Those that the user asked for */
+/* Those requested by the user */
 static int select_pendants(struct pendants *list, const char *device)
 {
 	struct pendant one;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-only */
 /*
- * Everything in which the models differ, for all verbs: one row a model
+ * All differences of the models, for all verbs: one row per model
  */
 #ifndef MODEL_H
 #define MODEL_H
@@ -10,15 +10,15 @@
 #include "fields.h"
 #include "lcd.h"
 
-/* Positions of the selector, as ABS_MISC has them: 0 is off */
+/* Positions of the selector, as in ABS_MISC: 0 is off */
 #define SELECTOR_POSITIONS	9
-/* Positions of the second rotary, as ABS_THROTTLE has them: 0 is not known */
+/* Positions of the second rotary, as in ABS_THROTTLE: 0 is unknown */
 #define ROTARY_POSITIONS	8
 
 struct model {
-	const char *name;	/* as the driver's attribute has it; NULL: of a later driver */
-	const char *layout;	/* whose captions are shown when none was chosen */
-	uint32_t fields;	/* BIT() of those that it has; without the group */
+	const char *name;	/* as in the attribute of the driver; NULL: of a later driver */
+	const char *layout;	/* whose captions are shown if none was chosen */
+	uint32_t fields;	/* BIT() of its fields; without the group */
 	enum field_index group, first, last;	/* the coordinates, and all of them as one */
 	unsigned int decimals;	/* that its display shows */
 	const char *states;	/* words of the field state */
@@ -30,7 +30,7 @@ struct model {
 
 #define BIT(field)	(UINT32_C(1) << (field))
 
-/* Never NULL: a name that is not known has the row without fields. */
+/* Never NULL: an unknown name has the row without fields. */
 const struct model *model_find(const char *name);
 
 bool model_has(const struct model *model, enum field_index field);

@@ -20,7 +20,7 @@ static struct screen {
 	unsigned int count;
 	long long wheel;		/* counts since the start */
 	int detents;			/* of the last turn */
-	char *shown;			/* what was drawn last */
+	char *shown;			/* the last picture */
 } screen;
 
 void screen_begin(void)
@@ -51,7 +51,7 @@ int screen_tell(const struct monitor *monitor, const struct event *event)
 	stream = fmemopen(line, COLUMNS, "w");
 	if (!stream)
 		return CLI_OK;
-	/* what has no room is cut */
+	/* truncated to the room */
 	setvbuf(stream, NULL, _IOFBF, 1024);
 	event_line(stream, monitor, event);
 	fclose(stream);
@@ -78,7 +78,7 @@ static const char *key_text(const struct monitor *monitor, unsigned int wanted)
 	return "-";
 }
 
-/* What stands beside a line of the LCD */
+/* The text beside a line of the LCD */
 static void print_beside(FILE *stream, const struct monitor *monitor, unsigned int line)
 {
 	const struct model *model = monitor->pendant.model_row;
@@ -163,7 +163,7 @@ void screen_look(struct monitor *monitor)
 		free(picture);
 		return;
 	}
-	/* in one piece: half a picture flickers */
+	/* by one write: incomplete pictures flicker */
 	fputs(picture, stdout);
 	fflush(stdout);
 	free(screen.shown);

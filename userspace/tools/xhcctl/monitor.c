@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * xhcctl monitor: the verb, and what it waits for
+ * xhcctl monitor: the verb, and its main loop
  */
 #include <errno.h>
 #include <fcntl.h>
@@ -122,7 +122,7 @@ static int read_display(struct monitor *monitor, bool *changed)
 	return 0;
 }
 
-/* Tell of all that has happened. Return 0, a negative errno, or an enum cli_status. */
+/* Report all events. Return 0, a negative errno, or an enum cli_status. */
 static int take_events(struct monitor *monitor, struct limits *limits)
 {
 	struct event event;
@@ -159,7 +159,7 @@ static int look_at_display(struct monitor *monitor, struct limits *limits)
 	return tell(monitor, limits, &event);
 }
 
-/* Return an enum cli_status, or a negative errno when the pendant has gone. */
+/* Return an enum cli_status, or a negative errno if the pendant was removed. */
 static int watch(struct monitor *monitor, struct options *options)
 {
 	struct limits *limits = &options->limits;
@@ -185,7 +185,7 @@ static int watch(struct monitor *monitor, struct options *options)
 	return CLI_OK;
 }
 
-/* All keys up, and the message */
+/* Release all keys, and print the message */
 static int gone(struct monitor *monitor, int err)
 {
 	struct event event;

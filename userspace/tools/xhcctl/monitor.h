@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-only */
 /*
- * xhcctl monitor: what its files share
+ * xhcctl monitor: common declarations of its files
  */
 #ifndef MONITOR_H
 #define MONITOR_H
@@ -19,9 +19,9 @@ struct monitor {
 	long long stat[STATS];
 	int awake_fd;
 	bool awake;
-	/* Tell of an event, at once. Return an enum cli_status. */
+	/* Report an event immediately. Return an enum cli_status. */
 	int (*tell)(const struct monitor *monitor, const struct event *event);
-	/* Called now and then, and after events. NULL: nothing to do. */
+	/* Called periodically, and after events. NULL: nothing to do. */
 	void (*look)(struct monitor *monitor);
 };
 

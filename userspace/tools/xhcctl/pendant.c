@@ -22,7 +22,7 @@ static void copy(char *to, size_t size, const char *from)
 	snprintf(to, size, "%s", from ?: "");
 }
 
-/* A child of the HID device in this subsystem that has a node whose name begins so */
+/* A child of the HID device in this subsystem that has a node with this prefix */
 static struct udev_device *find_node(struct udev *udev, struct udev_device *parent,
 				     const char *subsystem, const char *prefix)
 {
@@ -71,7 +71,7 @@ static void look_at_nodes(struct udev *udev, struct udev_device *hid, struct pen
 	}
 }
 
-/* Return false if it is removed meanwhile. */
+/* Return false if it is removed in the meantime. */
 static bool look_at(struct udev *udev, const char *path, struct pendant *pendant)
 {
 	struct udev_device *hid = udev_device_new_from_syspath(udev, path);
@@ -162,7 +162,7 @@ static bool is_node(const char *node, const char *name)
 		return false;
 	if (!strcmp(node, name) || (last && !strcmp(last + 1, name)))
 		return true;
-	/* a link that udev has made */
+	/* a link created by udev */
 	return name[0] == '/' && realpath(name, path) && !strcmp(path, node);
 }
 

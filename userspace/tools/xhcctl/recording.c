@@ -11,7 +11,7 @@
 #include "cli.h"
 #include "recording.h"
 
-/* Longer than any line may be: the largest report, three characters a byte */
+/* Longer than any valid line: the largest report, three characters per byte */
 #define LINE_MAX_SIZE	(3 * REPORT_MAX + 64)
 #define SECONDS_MAX	1000000000ul
 
@@ -21,7 +21,7 @@ struct reader {
 	size_t room;		/* for reports */
 };
 
-/* A number without sign. Return false if it is not a number or over the limit. */
+/* A number without sign. Return false if it is not a number or above the limit. */
 static bool take_number(const char **text, int base, unsigned long max, unsigned long *number)
 {
 	char *end;
@@ -38,7 +38,7 @@ static bool take_number(const char **text, int base, unsigned long max, unsigned
 	return true;
 }
 
-/* SIZE BYTE... up to the line's end */
+/* SIZE BYTE... up to the end of the line */
 static const char *take_bytes(const char *text, uint8_t *data, size_t max, size_t *size)
 {
 	unsigned long count, byte;
@@ -136,7 +136,7 @@ static const char *take_info(struct reader *reader, const char *text)
 	return NULL;
 }
 
-/* Return what is wrong with a line, NULL when nothing is. */
+/* Return an error message for a line, or NULL. */
 static const char *take_line(struct reader *reader, const char *line)
 {
 	struct recording *recording = reader->recording;
@@ -170,7 +170,7 @@ static const char *take_line(struct reader *reader, const char *line)
 	return "not a line of a recording";
 }
 
-/* Return its length without the newline; -1 at the end. What is over the size is cut. */
+/* Return its length without the newline; -1 at the end. It is truncated to the size. */
 static long next_line(FILE *stream, char *line, size_t size)
 {
 	long length = 0;

@@ -18,11 +18,11 @@
 #include <stdint.h>
 #include <stdio.h>
 
-#define DESCRIPTOR_MAX	4096	/* of the kernel's HID and uhid */
+#define DESCRIPTOR_MAX	4096	/* of HID and uhid in the kernel */
 #define REPORT_MAX	4096
 
 struct recorded_report {
-	uint64_t us;		/* since the first one, or whatever time 0 was */
+	uint64_t us;		/* since the first one, or since the time 0 of the recording */
 	size_t size;
 	uint8_t *data;
 };
@@ -37,7 +37,7 @@ struct recording {
 	struct recorded_report *report;
 };
 
-/* Return an enum cli_status; what is wrong, and in which line, has been said. */
+/* Return an enum cli_status; errors have been reported, with the line. */
 int recording_read(FILE *stream, const char *path, struct recording *recording);
 void recording_free(struct recording *recording);
 

@@ -83,7 +83,7 @@ static int64_t now_us(void)
 	return now.tv_sec * INT64_C(1000000) + now.tv_nsec / 1000;
 }
 
-/* Serve the device until then, or until it is open when that is what we wait for */
+/* Serve the device until this time, or until it is open if we wait for that */
 static int serve_until(struct uhid_device *device, int64_t until, bool open)
 {
 	while (!cli_interrupted() && !(open && device->open)) {
@@ -92,7 +92,7 @@ static int serve_until(struct uhid_device *device, int64_t until, bool open)
 
 		if (left <= 0)
 			break;
-		/* to the millisecond, and never too early */
+		/* with millisecond resolution, never too early */
 		err = uhid_serve(device, ((left < WAIT_US ? left : WAIT_US) + 999) / 1000);
 		if (err)
 			return err;

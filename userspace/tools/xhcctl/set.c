@@ -46,7 +46,7 @@ static const char doc[] =
 	"  xhcctl set position='135.17 -77.89 0 -220.334 0 1.5'\n"
 	"  xhcctl set rows='135.17 -77.89 0' mode=step coordinates=work reset=0";
 
-/* A usage error ends here */
+/* Exits after a usage error */
 static void add_assignment(struct options *options, const char *argument,
 			   struct argp_state *state)
 {
@@ -112,7 +112,7 @@ static int check_fields(const struct pendant *pendant, const struct options *opt
 
 static int write_field(const struct pendant *pendant, enum field_index field, const char *value)
 {
-	/* a write of nothing would reach no driver */
+	/* an empty write would not reach the driver */
 	return sysfs_write(*value ? value : "\n", "%s/dro/%s", pendant->path,
 			   fields[field].name);
 }
@@ -176,7 +176,7 @@ static int flush(const struct pendant *pendant)
 	return cli_errno(err, "the pendant has not accepted it");
 }
 
-/* What the display has now: the driver rounds to what it shows */
+/* The current content of the display: the driver rounds values to it */
 static int print_json(const struct pendant *pendant)
 {
 	struct json_object *document;

@@ -42,7 +42,7 @@ int uhid_create(struct uhid_device *device, const struct recording *recording)
 
 void uhid_destroy(struct uhid_device *device)
 {
-	/* closing it is the end of the device */
+	/* closing it removes the device */
 	close(device->fd);
 }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * xy3ctl attach, xy3ctl detach: make a UART the backchannel of a scanhead, as ldattach does.
+ * xy3ctl attach, xy3ctl detach: make a UART the backchannel of a scanhead, like ldattach.
  *
- * A line discipline lasts as long as a program has the tty open: attach stays.
+ * A line discipline is active while a program has the tty open: attach keeps running.
  */
 #include <errno.h>
 #include <fcntl.h>
@@ -25,7 +25,7 @@
 #include "verbs.h"
 
 #define LDISC_DEFAULT 29	/* N_DEVELOPMENT */
-#define LOOK_MS 500		/* between two looks whether it was detached */
+#define LOOK_MS 500		/* interval of checking whether it was detached */
 #define LEAVE_MS 3000		/* for the program that attached it to release the UART */
 
 struct settings {
@@ -130,7 +130,7 @@ static uint32_t heads_with_back(void)
 
 static int open_uart(const char *name, int *fd)
 {
-	/* without O_NONBLOCK a UART without a carrier is waited for */
+	/* without O_NONBLOCK, open() waits for the carrier of a UART */
 	*fd = open(name, O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
 	if (*fd < 0 && (errno == ENOENT || errno == ENXIO || errno == ENODEV))
 		return cli_no_device("%s: %s", name, strerror(errno));
@@ -209,7 +209,7 @@ static int say_head(const struct settings *settings, uint32_t before)
 	return fflush(stdout) ? CLI_FAILURE : CLI_OK;
 }
 
-/* Until it is ended. Return an enum cli_status. */
+/* Run until interrupted. Return an enum cli_status. */
 static int stay(int fd, const char *name)
 {
 	struct pollfd file = { .fd = fd };
@@ -255,7 +255,7 @@ int attach_verb(int argc, char **argv)
 	return status;
 }
 
-/* The UART of a head by its name, else the name itself */
+/* The UART of a head by its name, otherwise the name itself */
 static int uart_of(const char *name, char *path, size_t size)
 {
 	struct head head;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * xy3ctl command: have the head do something. Commands: <linux/xy3.h>.
+ * xy3ctl command: send a command to the head. Commands: <linux/xy3.h>.
  */
 #include <errno.h>
 #include <json-c/json.h>
@@ -61,13 +61,13 @@ static const struct argp argp = {
 	       "  xy3ctl command rate 921600",
 };
 
-/* ---- what there is ---- */
+/* ---- the table of commands ---- */
 
 enum kind { SWITCHED, AXES, RATE };
 
 static const struct command {
 	const char *name;	/* here */
-	const char *attribute;	/* in the head's folder */
+	const char *attribute;	/* in the folder of the head */
 	enum kind kind;
 	uint32_t on, off;
 } commands[] = {
@@ -89,7 +89,7 @@ static const struct command *find(const char *name)
 	return NULL;
 }
 
-/* The command's 20 bits. Return an enum cli_status. */
+/* The 20 bits of a command. Return an enum cli_status. */
 static int code_of(const struct command *command, const char *argument, uint32_t *code)
 {
 	unsigned long rate;
@@ -141,7 +141,7 @@ static int failed(const struct head *head, const struct command *command, const 
 	return cli_errno(error, "%s: %s", head->name, command->name);
 }
 
-/* Two words as one: "on" and "xy". Nothing stands for all axes: sysfs accepts no empty text. */
+/* Two words as one: "on" and "xy". No word means all axes: sysfs accepts no empty text. */
 static void join(char *text, size_t size, const struct settings *settings)
 {
 	if (settings->count == 1)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * xy3ctl doctor: what keeps a scanhead from working.
+ * xy3ctl doctor: find out why a scanhead does not work.
  */
 #include "doctor.h"
 #include "verbs.h"

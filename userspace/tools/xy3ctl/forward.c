@@ -19,7 +19,7 @@
 
 #define RATE_MAX 100000000
 #define WAIT_MS 100		/* maximum delay of a signal that is not noticed at once */
-#define BUFFER_SCANS 4096	/* kept in the kernel: 41 ms at 100 000 frames/s */
+#define BUFFER_SCANS 4096	/* queued in the kernel: 41 ms at 100 000 frames/s */
 
 struct forward {
 	char name[64];
@@ -32,8 +32,8 @@ struct forward {
 	struct forward_settings settings;	/* see forward_apply() */
 	int fd;
 	long long underruns;	/* before the stream */
-	long long sent;		/* scans by then, as iio_sent() counts them */
-	long long dropped;	/* scans that waited when the stream was aborted */
+	long long sent;		/* scans at this time, as counted by iio_sent() */
+	long long dropped;	/* pending scans when the stream was aborted */
 	/* spidev, or NULL */
 	struct xy3_spidev *spidev;
 	struct xy3_line_map *map;
@@ -175,7 +175,7 @@ static int iio_apply(struct forward *forward)
 	return CLI_OK;
 }
 
-/* Scans of streams that were sent since the device was made; -1: not known, to all but root */
+/* Scans of streams sent since the device was created; -1: unknown, except for root */
 static long long iio_sent(const struct forward *forward)
 {
 	long long scans, repeated, commands;
@@ -353,7 +353,7 @@ bool forward_gate(const struct forward *forward)
 	return forward->gate;
 }
 
-/* IIO's channels are those axes that are on a line, in their order, named by their labels */
+/* The channels of IIO are the axes that are on a line, in their order, with labels as names */
 static enum xy3_axis iio_axis(const struct forward *forward, unsigned int index)
 {
 	char path[96], label[8];
@@ -404,7 +404,7 @@ int forward_abort(struct forward *forward)
 	return iio_set(forward, "abort", 1);
 }
 
-/* Where an axis is, as the driver has it */
+/* The position of an axis in the driver */
 static int iio_position(const struct forward *forward, unsigned int index, long long *code)
 {
 	char name[32];
@@ -431,7 +431,7 @@ static int iio_move(struct forward *forward, const uint32_t *scan)
 	end = forward_stop(forward);
 	if (status || end || cli_interrupted())
 		return status ?: end;
-	/* the controller's error may have come behind the write */
+	/* the error of the controller may have occurred after the write */
 	for (unsigned int i = 0; i < forward->axes; i++) {
 		status = iio_position(forward, i, &code);
 		if (status)

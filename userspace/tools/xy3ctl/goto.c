@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * xy3ctl goto: move the mirrors to a place.
+ * xy3ctl goto: move the mirrors to a position.
  */
 #include <errno.h>
 #include <json-c/json.h>
@@ -121,7 +121,7 @@ static int go(const struct settings *settings, struct forward *forward)
 	bool chosen[XY3_AXES] = { 0 };
 	int status;
 
-	/* all of it is looked at before anything is set, or moves */
+	/* all arguments are checked before anything is set, or moves */
 	for (unsigned int i = 0; i < settings->count; i++) {
 		const struct place *place = &settings->places[i];
 		int index = index_of(forward, place->axis);

@@ -30,7 +30,7 @@ static void first_match(char *name, size_t size, const char *pattern)
 	globfree(&found);
 }
 
-/* The name of what a link in the head's folder points to, "" when there is no such link */
+/* The name of the target of a link in the folder of the head, "" if there is no such link */
 static void link_name(const struct head *head, const char *link, char *name, size_t size)
 {
 	char path[PATH_MAX], *target;

@@ -2,7 +2,7 @@
 /*
  * xy3ctl packets: the packets of the backchannel, live or from a file.
  *
- * Formats: <linux/xy3.h>. The receiver is the one of libxy3, which is the driver's.
+ * Formats: <linux/xy3.h>. The receiver is that of libxy3, the same as in the driver.
  */
 #include <errno.h>
 #include <fcntl.h>
@@ -111,7 +111,7 @@ static const char *type_name(uint8_t type)
 	return NULL;
 }
 
-/* ---- the content of a packet as JSON, which the text is made from as well ---- */
+/* ---- the content of a packet as JSON, from which the text is also made ---- */
 
 static struct json_object *temperatures(const struct xy3_receiver *receiver)
 {
@@ -324,10 +324,10 @@ static void print_counts(const struct settings *settings, const struct xy3_recei
 struct source {
 	int fd;
 	struct xy3_receiver *receiver;
-	long long offset;	/* of what is read next */
+	long long offset;	/* of the next data */
 };
 
-/* Print what is in data. Return false when that is enough. */
+/* Print the packets in data. Return false if the count is reached. */
 static bool take(struct settings *settings, struct source *source, const uint8_t *data,
 		 size_t size)
 {
@@ -347,7 +347,7 @@ static bool take(struct settings *settings, struct source *source, const uint8_t
 	return true;
 }
 
-/* The next data. Return their size, 0 at the end, -EINTR when it is time to stop. */
+/* The next data. Return their size, 0 at the end, -EINTR to stop. */
 static ssize_t next_data(const struct limits *limits, int fd, uint8_t *data, size_t size)
 {
 	struct pollfd file = { .fd = fd, .events = POLLIN };

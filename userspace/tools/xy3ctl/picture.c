@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * A head's telemetry as a picture for people. See telemetry.h.
+ * The telemetry of a head as a picture. See telemetry.h.
  *
- * Components are the head and its processor, and four things of each axis: these make a table.
+ * Components are the head and its processor, and four parts of each axis, shown as a table.
  */
 #include <libxy3.h>
 #include <stdio.h>
@@ -42,7 +42,7 @@ static int print_title(const struct head *head, const struct telemetry *telemetr
 	return 2;
 }
 
-/* The value in red when the component has an error */
+/* The value in red if the component has an error */
 static void print_cell(const struct telemetry *telemetry, const char *what, const char *component)
 {
 	const char *error = telemetry_get(telemetry, "errors/%s", component);
@@ -85,7 +85,7 @@ static int print_frame_errors(const struct telemetry *telemetry)
 	return 2;
 }
 
-/* Those that are not "none", in two columns; more than four lines of them end in dots */
+/* Errors that are not "none", in two columns; more than four lines are replaced by dots */
 static int print_errors(const struct telemetry *telemetry)
 {
 	unsigned int known = 0, bad = 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * Scans out of shapes and files. See scans.h.
+ * Scans from shapes and files. See scans.h.
  */
 #include <endian.h>
 #include <errno.h>
@@ -52,7 +52,7 @@ static long next_of_shape(struct scans *scans, uint32_t *codes, size_t count)
 	size_t i;
 
 	for (i = 0; i < count && scans->left; i++, codes += columns(scans)) {
-		/* the last one is at the end of the path, which is where it began */
+		/* the last one is at the end of the path, which is also its start */
 		double way = (double)(scans->done % scans->points) / scans->points;
 
 		scans->shape->place(way, &x, &y);
@@ -71,7 +71,7 @@ static long next_of_shape(struct scans *scans, uint32_t *codes, size_t count)
 /* ---- numbers, one scan per line ---- */
 
 #define BLANKS	" \t\r\n"
-#define BOM	"\xef\xbb\xbf"	/* some spreadsheets begin a file with it */
+#define BOM	"\xef\xbb\xbf"	/* some spreadsheets start a file with it */
 
 static int __attribute__((format(printf, 2, 3)))
 line_wrong(const struct scans *scans, const char *format, ...)
@@ -118,8 +118,8 @@ static int take_number(const struct scans *scans, const char *text, bool gate, u
 }
 
 /*
- * The next number's text, without blanks around it. separators: those that the line has; with
- * blanks several are one. NULL at the end.
+ * The text of the next number, without surrounding blanks. separators: those in the line; several
+ * blanks are one. NULL at the end.
  */
 static char *next_text(char **rest, const char *separators)
 {
@@ -163,7 +163,7 @@ static int take_numbers(struct scans *scans, char *rest, uint32_t *scan)
 	return 1;
 }
 
-/* A line's scan. Return 1, 0 for an empty line or a comment, or -1. */
+/* The scan of a line. Return 1, 0 for an empty line or a comment, or -1. */
 static int take_line(struct scans *scans, char *text, size_t length, uint32_t *scan)
 {
 	scans->line++;
@@ -201,7 +201,7 @@ static long next_of_lines(struct scans *scans, uint32_t *codes, size_t count)
 
 /* ---- codes in the format of the IIO device ---- */
 
-/* Of the scans that were read, those up to one that is wrong */
+/* Number of valid scans read before an invalid one */
 static size_t check_raw(struct scans *scans, uint32_t *codes, size_t count)
 {
 	for (size_t i = 0; i < count; i++) {
@@ -253,7 +253,7 @@ static long next_of_file(struct scans *scans, uint32_t *codes, size_t count)
 	return -1;
 }
 
-/* What is in the file are vertices */
+/* The file has vertices */
 static long next_of_path(struct scans *scans, uint32_t *codes, size_t count)
 {
 	uint32_t vertex[XY3_AXES + 1];

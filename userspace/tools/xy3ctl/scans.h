@@ -20,12 +20,12 @@ struct scans {
 	bool gate;		/* followed by 1 or 0 for the gate */
 	bool shape_gate;	/* a shape requests it, except on the way to its first position */
 	uint32_t top;		/* the highest code */
-	int index_of[XY3_AXES];	/* of an axis in a scan; -1: not there */
+	int index_of[XY3_AXES];	/* of an axis in a scan; -1: not in it */
 
 	const struct shape *shape;	/* or NULL: a file */
 	double size;		/* radius of the circle, 0 to 1 */
 	unsigned long points;	/* scans of one round */
-	unsigned long left;	/* remaining scans of a shape; ULONG_MAX: for ever */
+	unsigned long left;	/* remaining scans of a shape; ULONG_MAX: endless */
 	unsigned long done;	/* scans returned */
 
 	const char *name;	/* of the file */
@@ -37,12 +37,12 @@ struct scans {
 	unsigned int numbers;	/* of each line; 0: before the first */
 	struct xy3_path *path;	/* lines are its vertices; NULL: they are scans */
 	bool path_ends;
-	bool failed;		/* it has said so, and there are no further scans */
+	bool failed;		/* it was reported, and there are no further scans */
 };
 
 /*
- * The next scans, up to count. Return how many, 0 at the end, or -1: then it has said what is
- * wrong with the file. Scans before an invalid one are returned first.
+ * The next scans, up to count. Return their number, 0 at the end, or -1 after an error in the file
+ * has been reported. Scans before an invalid one are returned first.
  */
 long scans_next(struct scans *scans, uint32_t *codes, size_t count);
 

@@ -11,7 +11,7 @@
 
 #define SIDE M_SQRT2			/* of the square in the circle */
 #define CORNER (SIDE / 2)
-#define GRID_LINES 5			/* an odd number: then the path ends where it began */
+#define GRID_LINES 5			/* an odd number, so that the path ends at its start */
 #define GRID_STEP (SIDE / (GRID_LINES - 1))
 /* all rows to and fro, with a step from one to the next; then all columns */
 #define GRID_HALF (GRID_LINES * SIDE + SIDE)
@@ -47,7 +47,7 @@ static void square(double way, double *x, double *y)
 	}
 }
 
-/* To and fro over all lines from corner to corner: how far along and across after this length */
+/* To and fro over all lines from corner to corner: position along and across after this length */
 static void zigzag(double length, double *along, double *across)
 {
 	int line = length / (SIDE + GRID_STEP);
@@ -63,7 +63,7 @@ static void zigzag(double length, double *along, double *across)
 	*across = line * GRID_STEP + (rest - forth);
 }
 
-/* The way back over the columns is the way there over the rows, turned by a right angle */
+/* The path back over the columns is that over the rows, turned by a right angle */
 static void grid(double way, double *x, double *y)
 {
 	double length = fmin(way, 1) * 2 * GRID_HALF, along, across;

@@ -9,7 +9,7 @@
 
 struct shape {
 	const char *name;
-	/* Place after a part of the way, 0 to 1, for a circle of radius 1 */
+	/* Position after a part of the path, 0 to 1, for a circle of radius 1 */
 	void (*place)(double way, double *x, double *y);
 	double length;		/* of the path, for a circle of radius 1 */
 };

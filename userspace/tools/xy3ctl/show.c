@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * xy3ctl list, xy3ctl show: which heads there are, and all about one.
+ * xy3ctl list, xy3ctl show: list heads, and show all values of one.
  */
 #include <json-c/json.h>
 #include <stdio.h>
@@ -22,7 +22,7 @@ static const char show_text[] =
 	"A dash stands for a value that the head has not reported. Components are those of "
 	"/sys/class/xy3/xy3-<n>/errors; one with an error is shown in red.";
 
-/* above what print_line() prints */
+/* above the output of print_line() */
 #define LIST_TITLE "HEAD    SYNC  RATE    BACK        FORWARD  IIO          VENDOR MODEL"
 
 static void print_line(const struct head *head, const struct telemetry *telemetry)
@@ -53,7 +53,7 @@ int list_verb(int argc, char **argv)
 	}
 	for (size_t i = 0; i < count; i++) {
 		if (telemetry_read(&heads[i], &telemetry))
-			continue;	/* gone in between */
+			continue;	/* removed in the meantime */
 		if (common.json) {
 			struct json_object *head = json_object_new_object();
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * xy3ctl stream: scans, one after another, at a steady rate.
+ * xy3ctl stream: send scans at a steady rate.
  */
 #include <errno.h>
 #include <json-c/json.h>
@@ -20,7 +20,7 @@
 #include "shape.h"
 #include "verbs.h"
 
-#define SPEED 0.002		/* from one scan of a shape to the next, as figure.py has it */
+#define SPEED 0.002		/* from one scan of a shape to the next, as in figure.py */
 #define COUNT_MAX 1000000000UL
 #define SPEED_MIN 0.001		/* half the field in this many seconds */
 #define SPEED_MAX 1e6
@@ -40,7 +40,7 @@ struct settings {
 	bool gate;
 	double gate_on_us;
 	double gate_off_us;
-	double jump_speed;	/* of the field's half in a second; 0: FILE has scans */
+	double jump_speed;	/* of half the field per second; 0: FILE has scans */
 	double mark_speed;
 	double jump_delay_us;
 	double mark_delay_us;
@@ -177,7 +177,7 @@ static double now(void)
 	return time.tv_sec + time.tv_nsec / 1e9;
 }
 
-/* ---- progress, for people ---- */
+/* ---- progress, on a terminal ---- */
 
 struct progress {
 	bool wanted;
@@ -212,11 +212,11 @@ static void progress_end(const struct progress *progress)
 
 struct result {
 	unsigned long scans;
-	long achieved;		/* the highest that was seen in half a second; 0: not known */
+	long achieved;		/* the highest one in half a second; 0: unknown */
 	double seconds;
 };
 
-/* How far the source is, in what its total is counted in */
+/* Progress of the source, in the unit of its total */
 static double done_of(const struct scans *scans)
 {
 	return scans->shape ? (double)scans->done : (double)ftell(scans->file);
@@ -239,7 +239,7 @@ static int write_piece(struct forward *forward, const uint32_t *codes, size_t co
 	return CLI_OK;
 }
 
-/* The next scans, their gate shifted; at the end those that are still to come out of it */
+/* The next scans, with the gate shifted; at the end those that are still delayed by it */
 static long next_piece(struct scans *scans, struct xy3_gate *gate, size_t *rest, uint32_t *codes)
 {
 	long count = scans_next(scans, codes, PIECE);
@@ -318,12 +318,12 @@ static int stream(const struct settings *settings, struct forward *forward, stru
 	cli_catch_signals();
 	start = now();
 	status = pump(forward, scans, gate, progress, &result);
-	/* stopped, the driver sends the rest; if we are killed meanwhile, it drops it */
+	/* after a stop the driver sends the rest; if we are killed in the meantime, it drops it */
 	cli_release_signals();
 	aborted = cli_interrupted();
 	end = status;
 	if (status != CLI_NO_DEVICE) {
-		/* also after an error: nothing runs on */
+		/* also after an error, so that nothing continues */
 		end = aborted ? forward_abort(forward) : CLI_OK;
 		end = forward_stop(forward) ?: end;
 	}
@@ -337,7 +337,7 @@ static int stream(const struct settings *settings, struct forward *forward, stru
 	return status;
 }
 
-/* ---- what to stream ---- */
+/* ---- the source ---- */
 
 static int open_file(const struct settings *settings, struct scans *scans,
 		     struct progress *progress)
@@ -367,7 +367,7 @@ static int open_shape(const struct settings *settings, struct scans *scans,
 	scans->size = settings->size;
 	scans->points = settings->points ?:
 			ceil(scans->shape->length * settings->size / SPEED) ?: 1;
-	/* and once more where it began */
+	/* and the start once more */
 	scans->left = settings->repeat_for_ever ? ULONG_MAX : settings->repeat * scans->points + 1;
 	progress->total = settings->repeat_for_ever ? 0 : scans->left;
 	return CLI_OK;

@@ -20,11 +20,11 @@ static void name_it(struct fact *fact, const char *name)
 	snprintf(fact->name, sizeof(fact->name), "%s", name);
 }
 
-/* Take a fact out of the attribute of its name */
+/* Read a fact from the attribute of its name */
 static void take(const struct head *head, struct fact *fact, bool is_number)
 {
 	fact->is_number = is_number;
-	/* what cannot be read was not reported */
+	/* if it cannot be read, it was not reported */
 	if (head_read(head, fact->name, fact->value, sizeof(fact->value)) < 0)
 		fact->value[0] = '\0';
 }
@@ -51,7 +51,7 @@ int telemetry_read(const struct head *head, struct telemetry *telemetry)
 	name_it(fact, "in_sync");
 	take(head, fact++, true);
 	if (!fact[-1].value[0])
-		return -ENODEV;		/* a head always knows this */
+		return -ENODEV;		/* always known */
 	name_it(fact, "rate");
 	take(head, fact++, true);
 	for (unsigned int i = 0; i < XY3_COMPONENTS; i++)
@@ -118,7 +118,7 @@ void telemetry_json(struct json_object *object, const struct head *head,
 			json_object_object_add(object, fact->name, fact_json(fact));
 			continue;
 		}
-		/* reports on components and axes: an object with those that are known */
+		/* reports of components and axes: an object with the known ones */
 		snprintf(name, sizeof(name), "%.*s", (int)(slash - fact->name), fact->name);
 		if (!json_object_object_get_ex(object, name, &folder)) {
 			folder = json_object_new_object();

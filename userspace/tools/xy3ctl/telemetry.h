@@ -22,7 +22,7 @@ struct telemetry {
 	struct fact facts[FACTS];
 };
 
-/* Look at all of it. Return 0, or -ENODEV when the head has gone. */
+/* Read all facts. Return 0, or -ENODEV if the head was removed. */
 int telemetry_read(const struct head *head, struct telemetry *telemetry);
 
 /* The value of a fact; "" if there is none of this name */
@@ -34,17 +34,17 @@ const char *or_dash(const char *value);
 
 struct json_object;
 
-/* A fact's value: null, a number or a text */
+/* The value of a fact: null, a number or a text */
 struct json_object *fact_json(const struct fact *fact);
-/* All of it, and where the head is found, as members of an object */
+/* All facts, and the devices of the head, as members of an object */
 void telemetry_json(struct json_object *object, const struct head *head,
 		    const struct telemetry *telemetry);
 
-/* Counters of the head and of its stream, for people and as members of an object */
+/* Counters of the head and of its stream, as text and as members of an object */
 void statistics_print(const struct head *head);
 void statistics_json(struct json_object *object, const struct head *head);
 
-/* The picture: at most 22 lines of at most 79 characters. Return how many lines. */
+/* The picture: at most 22 lines of at most 79 characters. Return the number of lines. */
 int telemetry_print(const struct head *head, const struct telemetry *telemetry);
 
 #endif /* TELEMETRY_H */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-2.0-only */
-/* The verbs of xy3ctl, a file each; see cli.h for what a verb is. */
+/* The verbs of xy3ctl, one file each; see cli.h for verbs. */
 #ifndef VERBS_H
 #define VERBS_H
 

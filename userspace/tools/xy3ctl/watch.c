@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /*
- * xy3ctl watch: telemetry of a head, as it changes.
+ * xy3ctl watch: show changes in the telemetry of a head.
  *
  * Errors, sync and identity wake us by the head's uevents; the rest is polled.
  */
@@ -108,7 +108,7 @@ static void print_picture(const struct head *head, const struct telemetry *telem
 	fflush(stdout);
 }
 
-/* Until a uevent of a head, a signal, or the time has come */
+/* Wait for a uevent of a head, a signal, or the timeout */
 static void wait_for_news(struct udev_monitor *monitor, int ms)
 {
 	struct pollfd file = { .fd = udev_monitor_get_fd(monitor), .events = POLLIN };
@@ -160,7 +160,7 @@ int watch_verb(int argc, char **argv)
 	if (status)
 		return status;
 	udev = udev_new();
-	/* the kernel's own: udevd may be slow, or not there */
+	/* uevents of the kernel: udevd may be slow, or not running */
 	monitor = udev ? udev_monitor_new_from_netlink(udev, "kernel") : NULL;
 	if (!monitor)
 		return cli_errno(errno, "events of the kernel");
