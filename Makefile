@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
 #
-# For people; the kernel's build reads Kbuild. `make help` says what there is.
+# For users; the kernel build reads Kbuild. `make help` lists all targets.
 
 NAME := xhc-xy3
 VERSION := 0.1.0
@@ -59,16 +59,16 @@ help:
 	@echo '    check-distro       DKMS and the whole stack on stock Debian kernels (QEMU)'
 	@echo '    check-boards       the drivers on a board for arm64, decoded at its pins (QEMU)'
 	@echo '    lint               compilers, sparse, checkpatch, documents against code'
-	@echo '  sudo make bench    how quick codecs and forward channel are, against others'
-	@echo '  sudo make mutate   break the code on purpose: is it noticed?'
+	@echo '  sudo make bench    speed of codecs and forward channel, compared with other code'
+	@echo '  sudo make mutate   plant faults in the drivers, which a test must detect'
 
-# The virtual devices: each a program, a package in python with - as _, and a manual page
+# The virtual devices: each has a program, a Python package with _ instead of -, and a manual page
 SIMULATORS := xhc-sim xy3-head-sim
 
-# Of the modules; xy3-spi's is that of xy3
+# Manual pages of the modules; that of xy3-spi is the page of xy3
 MAN4 := userspace/xy3-sim/xy3-sim.4 userspace/doc/hid-xhc.4 userspace/doc/xy3.4
 
-# The drivers' source for DKMS, what a program includes, udev's rules, units, virtual devices
+# Source of the drivers for DKMS, header for programs, udev rules, units, virtual devices
 install-files: $(addprefix install-,$(SIMULATORS)) install-linuxcnc
 	install -d $(DESTDIR)$(SRCDIR)
 	cp -R --parents drivers Kbuild Makefile dkms.conf $(DESTDIR)$(SRCDIR)/
@@ -100,7 +100,7 @@ install-linuxcnc:
 	install -d $(DESTDIR)$(PREFIX)/bin
 	ln -sf ../lib/$(NAME)/xhc-dro $(DESTDIR)$(PREFIX)/bin/xhc-dro
 
-# What several goals of one command require is looked for once, before the first of them begins
+# The requirements of all goals of a command are checked once, before the first goal
 ifeq ($(DESTDIR),)
 INSTALLS := $(filter install install-lib install-tools,$(MAKECMDGOALS))
 $(INSTALLS): requirements
@@ -109,7 +109,7 @@ requirements:
 	@KVER=$(KVER) userspace/setup --missing $(INSTALLS)
 endif
 
-# The library requires a compiler, which the drivers' files do not
+# The library requires a compiler, unlike install-files
 lib:
 	$(MAKE) -C userspace/libxy3 all
 
@@ -131,7 +131,7 @@ deb:
 series:
 	userspace/tests/series/make-series $(KSRC)
 
-# Twice in a row is no error: what dkms has of this version goes first
+# A second installation is no error: this version is first removed from dkms
 install:
 ifeq ($(DESTDIR),)
 	if dkms status -m $(NAME) -v $(VERSION) | grep -q .; then \

@@ -5,7 +5,7 @@
 #include_next <linux/hrtimer.h>
 
 #ifndef KERNEL_HAS_HRTIMER_SETUP
-/* the function was set by itself */
+/* the function was set separately */
 static inline void hrtimer_setup(struct hrtimer *timer,
 				 enum hrtimer_restart (*function)(struct hrtimer *),
 				 clockid_t clock, enum hrtimer_mode mode)

@@ -2,6 +2,6 @@
 #ifdef KERNEL_HAS_UNALIGNED
 #include_next <linux/unaligned.h>
 #else
-/* the header had another place */
+/* the header had another path */
 #include <asm/unaligned.h>
 #endif

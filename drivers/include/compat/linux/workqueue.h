@@ -5,7 +5,7 @@
 #include_next <linux/workqueue.h>
 
 /*
- * The system workqueues had other names. These go on to work, but 7.2 prints a line when a queue is
+ * The system workqueues had other names. These still work, but 7.2 prints a message if a queue is
  * used by one of them.
  */
 #ifndef KERNEL_HAS_SYSTEM_PERCPU_WQ

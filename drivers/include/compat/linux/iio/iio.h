@@ -5,7 +5,7 @@
 #include_next <linux/iio/iio.h>
 
 #ifndef KERNEL_HAS_IIO_CLAIM_DIRECT
-/* direct mode was claimed with an error, and has another name now that it is a truth value */
+/* claiming direct mode returned an error; the function that returns bool has another name */
 static inline bool iio_device_claim_direct(struct iio_dev *indio_dev)
 {
 	return !iio_device_claim_direct_mode(indio_dev);

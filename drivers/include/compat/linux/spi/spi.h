@@ -7,8 +7,8 @@
 
 #ifndef KERNEL_HAS_SPI_LANES
 /*
- * A device had one lane. The mode of more has the name of a bit of the transfer, which stays 0, and
- * their number that of the device's word size: no code comes to it that has found one lane at most.
+ * A device had one lane. The mode for more is mapped to a bit of the transfer, which stays 0, and
+ * their number to the word size of the device: code for more than one lane is not reached.
  */
 #define SPI_DEVICE_DATA_LANE_CNT_MAX	1
 #define SPI_MULTI_LANE_MODE_SINGLE	0
@@ -18,7 +18,7 @@
 #endif
 
 #ifndef KERNEL_HAS_SPI_NBITS_OCTAL
-/* no transfer went over eight lines: a device does not get them, as if its controller had none */
+/* transfers could not use eight lines: a device does not get them, as if its controller had none */
 static inline int spi_setup_up_to_quad(struct spi_device *spi)
 {
 	spi->mode &= ~SPI_TX_OCTAL;
@@ -29,7 +29,7 @@ static inline int spi_setup_up_to_quad(struct spi_device *spi)
 #endif
 
 #ifndef KERNEL_HAS_SPI_OPTIMIZE_MESSAGE
-/* a controller made each message ready just before it was sent, and was told which controller */
+/* each message was prepared just before it was sent, with the controller as an argument */
 #define optimize_message	prepare_message
 #define unoptimize_message	unprepare_message
 
@@ -42,7 +42,7 @@ static inline int spi_setup_up_to_quad(struct spi_device *spi)
 			(struct spi_controller *controller, struct spi_message *message),	\
 			(message), (parameter))
 
-/* each message was made ready as it was sent */
+/* each message was prepared when it was sent */
 static inline int spi_optimize_message(struct spi_device *spi, struct spi_message *message)
 {
 	return 0;
