@@ -26,17 +26,20 @@
  * @XY3_DEFECT_CLOCK: ignores the clock of a transfer
  * @XY3_DEFECT_LANES: selects the lanes of plain transfers by an uninitialised variable, and
  *		      counts their words by the lanes for reading
+ * @XY3_DEFECT_GPIO: never finishes a plain transfer whose chip select is not a GPIO
  */
 enum xy3_defect {
 	XY3_DEFECT_CPHA = BIT(0),
 	XY3_DEFECT_LINES = BIT(1),
 	XY3_DEFECT_CLOCK = BIT(2),
 	XY3_DEFECT_LANES = BIT(3),
+	XY3_DEFECT_GPIO = BIT(4),
 };
 
 /*
  * Drivers by name, as the SPI core has no flag for it, from drivers/spi/ of 6.12 and 7.3. Some work
- * with a later kernel or another chip, so that this is only a warning.
+ * with a later kernel or another chip, so that this is only a warning, unless the driver would wait
+ * forever.
  */
 static const struct {
 	const char *driver;
@@ -51,8 +54,8 @@ static const struct {
 	{ "spi-engine", XY3_DEFECT_LANES },		/* spi-axi-spi-engine.c, 7.3 */
 	{ "spi-pci1xxxx", XY3_DEFECT_LINES },
 	{ "sprd-spi", XY3_DEFECT_LINES },
-	{ "stm32-ospi", XY3_DEFECT_CLOCK },		/* clock of the device, as below */
-	{ "stm32-qspi", XY3_DEFECT_CLOCK },
+	{ "stm32-ospi", XY3_DEFECT_CLOCK | XY3_DEFECT_GPIO },	/* clock of the device, as below */
+	{ "stm32-qspi", XY3_DEFECT_CLOCK | XY3_DEFECT_GPIO },
 	{ "xilinx_spi", XY3_DEFECT_CLOCK },		/* clock of the FPGA design */
 };
 
@@ -166,8 +169,8 @@ static bool xy3_can_cs_word(struct spi_device *spi)
  *
  * If a requirement is not met, a message is logged.
  *
- * Return: 0; -EOPNOTSUPP if the controller has no plain transfers; -EINVAL if it does not support
- * the lines, the edge of the clock or the length of a transfer.
+ * Return: 0; -EOPNOTSUPP if the controller has no plain transfers, or none with this chip select;
+ * -EINVAL if it does not support the lines, the edge of the clock or the length of a transfer.
  */
 int xy3_controller_setup(struct spi_device *spi, unsigned int *lines, bool *words)
 {
@@ -181,6 +184,9 @@ int xy3_controller_setup(struct spi_device *spi, unsigned int *lines, bool *word
 	if (!spi->controller->transfer)
 		return dev_err_probe(dev, -EOPNOTSUPP,
 				     "the controller has flash operations only (spi-mem)\n");
+	if (xy3_defects_of(spi->controller) & XY3_DEFECT_GPIO && !spi_get_csgpiod(spi, 0))
+		return dev_err_probe(dev, -EOPNOTSUPP,
+				     "with this controller the chip select must be a GPIO: cs-gpios\n");
 	err = xy3_lines_wanted(spi, &wanted, &lanes);
 	if (err)
 		return err;

@@ -245,11 +245,17 @@ class TestControllers(Case):
         assert forward.recorded() == scans
         assert forward.bad_frames() == []
 
-    @pytest.mark.parametrize('clock, driver', (('setup', 'stm32-qspi'), ('fixed', 'xilinx_spi')))
+    @pytest.mark.parametrize('clock, driver', (('setup', 'microchip,coreqspi'),
+                                               ('fixed', 'xilinx_spi')))
     def test_clock_claimed(self, clock, driver):
         """A driver that ignores the clock of a transfer is only known by its name."""
         self.sim(4, 'line', more='clock=%s driver=%s' % (clock, driver))
         assert wait(lambda: 'known to send at one clock' in log())
+
+    @pytest.mark.parametrize('driver', ('stm32-qspi', 'stm32-ospi'))
+    def test_no_gpio_as_chip_select(self, driver):
+        """These drivers never finish a plain transfer whose chip select is not a GPIO."""
+        self.refused('chip select must be a GPIO: cs-gpios', 'driver=' + driver)
 
     def test_flash_only(self):
         """zynqmp-gqspi has only flash operations."""
