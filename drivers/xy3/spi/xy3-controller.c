@@ -27,6 +27,8 @@
  * @XY3_DEFECT_LANES: selects the lanes of plain transfers by an uninitialised variable, and
  *		      counts their words by the lanes for reading
  * @XY3_DEFECT_GPIO: never finishes a plain transfer whose chip select is not a GPIO
+ * @XY3_DEFECT_CS: ignores cs_change: sends all transfers of a message with one chip select
+ * @XY3_DEFECT_CHANGE: changes the transfers that it sends, so that they cannot be sent again
  */
 enum xy3_defect {
 	XY3_DEFECT_CPHA = BIT(0),
@@ -34,28 +36,38 @@ enum xy3_defect {
 	XY3_DEFECT_CLOCK = BIT(2),
 	XY3_DEFECT_LANES = BIT(3),
 	XY3_DEFECT_GPIO = BIT(4),
+	XY3_DEFECT_CS = BIT(5),
+	XY3_DEFECT_CHANGE = BIT(6),
 };
 
 /*
  * Drivers by name, as the SPI core has no flag for it, from drivers/spi/ of 6.12 and 7.3. Some work
- * with a later kernel or another chip, so that this is only a warning, unless the driver would wait
- * forever.
+ * with a later kernel or another chip, so that this is only a warning, unless a driver cannot work
+ * with any, or a wait would never end.
  */
 static const struct {
 	const char *driver;
 	unsigned int defects;
 } xy3_defects[] = {
+	{ "amd_spi", XY3_DEFECT_CHANGE },		/* spi-amd.c */
+	{ "amd_spi_pci", XY3_DEFECT_CHANGE },
 	{ "tegra-qspi", XY3_DEFECT_CPHA },		/* spi-tegra210-quad.c */
 	{ "microchip,coreqspi", XY3_DEFECT_CPHA | XY3_DEFECT_CLOCK },
 	{ "mxic-spi", XY3_DEFECT_CPHA | XY3_DEFECT_LINES },
 	{ "cadence-xspi", XY3_DEFECT_LINES },
+	{ "dw_spi_mmio", XY3_DEFECT_LINES },		/* spi-dw-core.c, 7.3 */
+	{ "dw_spi_pci", XY3_DEFECT_LINES },
+	{ "fsl_espi", XY3_DEFECT_CS },
 	{ "img-spfi", XY3_DEFECT_LINES },
 	{ "mtk-spi", XY3_DEFECT_LINES },		/* spi-mt65xx.c, up to 6.12 */
 	{ "spi-engine", XY3_DEFECT_LANES },		/* spi-axi-spi-engine.c, 7.3 */
 	{ "spi-pci1xxxx", XY3_DEFECT_LINES },
 	{ "sprd-spi", XY3_DEFECT_LINES },
-	{ "stm32-ospi", XY3_DEFECT_CLOCK | XY3_DEFECT_GPIO },	/* clock of the device, as below */
-	{ "stm32-qspi", XY3_DEFECT_CLOCK | XY3_DEFECT_GPIO },
+	{ "sqi-pic32", XY3_DEFECT_CPHA | XY3_DEFECT_CS },
+	/* the clock of the device */
+	{ "stm32-ospi", XY3_DEFECT_CLOCK | XY3_DEFECT_GPIO | XY3_DEFECT_CS },
+	{ "stm32-qspi", XY3_DEFECT_CLOCK | XY3_DEFECT_GPIO | XY3_DEFECT_CS },
+	{ "ti-qspi", XY3_DEFECT_CS },
 	{ "xilinx_spi", XY3_DEFECT_CLOCK },		/* clock of the FPGA design */
 };
 
@@ -87,6 +99,19 @@ static void xy3_warn_of_defects(const struct spi_device *spi, unsigned int lines
 	if (defects & XY3_DEFECT_CLOCK)
 		dev_warn(&spi->dev,
 			 "this controller is known to send at one clock: sampling_frequency does not change it, achieved_frequency tells what it is\n");
+}
+
+/**
+ * xy3_controller_warn_of_map() - warn if the controller is known not to support a line map
+ * @spi: the device
+ * @map: the line map
+ */
+void xy3_controller_warn_of_map(const struct spi_device *spi, const struct xy3_line_map *map)
+{
+	if (map->sync_line < 0 && !map->words &&
+	    xy3_defects_of(spi->controller) & XY3_DEFECT_CS)
+		dev_warn(&spi->dev,
+			 "this controller is known to ignore cs_change: SYNC does not change between frames unless it is a data line\n");
 }
 
 static u32 xy3_lines_of(u32 mode)
@@ -187,6 +212,9 @@ int xy3_controller_setup(struct spi_device *spi, unsigned int *lines, bool *word
 	if (xy3_defects_of(spi->controller) & XY3_DEFECT_GPIO && !spi_get_csgpiod(spi, 0))
 		return dev_err_probe(dev, -EOPNOTSUPP,
 				     "with this controller the chip select must be a GPIO: cs-gpios\n");
+	if (xy3_defects_of(spi->controller) & XY3_DEFECT_CHANGE)
+		return dev_err_probe(dev, -EOPNOTSUPP,
+				     "the controller changes messages, which cannot be sent again\n");
 	err = xy3_lines_wanted(spi, &wanted, &lanes);
 	if (err)
 		return err;

@@ -118,6 +118,7 @@ static int xy3_make_iio(struct xy3_spi *x, const u8 *signal)
 	if (!highest || lowest > highest)
 		return -EINVAL;
 	x->kept.rate = clamp(x->kept.rate, lowest, highest);
+	xy3_controller_warn_of_map(x->spi, &map);
 	iio = xy3_iio_register(x->spi, &map, &x->kept, &x->forward);
 	if (IS_ERR(iio))
 		return PTR_ERR(iio);

@@ -372,6 +372,7 @@ void xy3_buffer_init(struct xy3_iio *iio);
 
 /* xy3-controller.c */
 int xy3_controller_setup(struct spi_device *spi, unsigned int *lines, bool *words);
+void xy3_controller_warn_of_map(const struct spi_device *spi, const struct xy3_line_map *map);
 
 /* xy3-iio.c */
 struct iio_dev *xy3_iio_register(struct spi_device *spi, const struct xy3_line_map *map,

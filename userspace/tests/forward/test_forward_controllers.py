@@ -4,6 +4,7 @@ a controller of mainline, with its name: it works, or it is refused with a messa
 """
 
 import glob
+import os
 import struct
 import time
 
@@ -11,7 +12,7 @@ import pytest
 import forward_rig
 import head_rig
 from forward_rig import Case, unload_sim
-from kernel import wait, write_file
+from kernel import read_file, wait, write_file
 
 
 def log():
@@ -71,9 +72,10 @@ class TestControllers(Case):
         assert forward.set('out_angl0_raw', 4321) is None
         assert forward.bad_frames() != []
 
-    def test_lines_claimed(self):
-        """mt65xx up to 6.12 accepts four lines and uses one."""
-        self.sim(4, 'line', more='driven_lines=1 driver=mtk-spi')
+    @pytest.mark.parametrize('driver', ('mtk-spi', 'dw_spi_mmio', 'dw_spi_pci'))
+    def test_lines_claimed(self, driver):
+        """mt65xx up to 6.12 and dw in 7.3 accept four lines and use one."""
+        self.sim(4, 'line', more='driven_lines=1 driver=' + driver)
         assert wait(lambda: 'known to use one data line' in log())
         forward = self.channel()
         assert forward.set('out_angl0_raw', 4321) is None
@@ -256,6 +258,33 @@ class TestControllers(Case):
     def test_no_gpio_as_chip_select(self, driver):
         """These drivers never finish a plain transfer whose chip select is not a GPIO."""
         self.refused('chip select must be a GPIO: cs-gpios', 'driver=' + driver)
+
+    @pytest.mark.parametrize('driver', ('amd_spi', 'amd_spi_pci'))
+    def test_changed_messages(self, driver):
+        """spi-amd shortens the messages that it sends, and these are sent many times."""
+        self.refused('the controller changes messages', 'driver=' + driver)
+
+    @pytest.mark.parametrize('driver', ('fsl_espi', 'sqi-pic32', 'ti-qspi'))
+    def test_chip_select_claimed(self, driver):
+        """These drivers send a message in one piece, which is not a frame."""
+        def warnings():
+            return log().count('known to ignore cs_change')
+
+        before = warnings()
+        self.sim(4, 'line', more='driver=' + driver)
+        forward = self.channel()
+        assert warnings() == before
+        write_file(forward.spi + 'line_map', 'x y z u')
+        assert wait(lambda: warnings() == before + 1)
+
+    def test_priority(self):
+        """Other work does not delay the next block to the controller."""
+        forward = self.forward(4, 'line')
+        thread = os.path.realpath(forward.spi).split('/')[-2]
+        found = [path for path in glob.glob('/proc/[0-9]*/comm')
+                 if read_file(path).strip() == thread]
+        assert len(found) == 1, thread
+        assert os.sched_getscheduler(int(found[0].split('/')[2])) == os.SCHED_FIFO
 
     def test_flash_only(self):
         """zynqmp-gqspi has only flash operations."""
