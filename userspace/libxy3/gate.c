@@ -87,7 +87,7 @@ static bool xy3_gate_is_high(const struct xy3_gate *gate, int64_t place)
 	int64_t first = place - max(gate->on, gate->off), last = place - min(gate->on, gate->off);
 
 	for (int64_t at = first; at <= last; at++) {
-		bool asked = at >= 0 && xy3_gate_at(gate, at)[gate->columns - 1];
+		bool asked = at >= 0 && xy3_gate_at(gate, at)[gate->columns - 1] == 1;
 
 		if (asked == any)
 			return any;

@@ -97,7 +97,7 @@ static uint64_t xy3_path_steps(double square, double speed)
 
 void xy3_path_to(struct xy3_path *path, const uint32_t *vertex)
 {
-	bool mark = path->begun && vertex && vertex[path->axes];
+	bool mark = path->begun && vertex && vertex[path->axes] == 1;
 	double square = 0;
 
 	path->before = path->mark && !mark ? path->settings.mark_delay : 0;

@@ -416,6 +416,7 @@ static void shifted(int on, int off, const char *in, const char *want)
 static void shifted_gate(void)
 {
 	struct xy3_gate *gate;
+	uint32_t out[2];
 
 	shifted(0, 0, ".##.#", "aBCdE");
 	shifted(2, 2, ".##..", "abcDEee");
@@ -424,6 +425,13 @@ static void shifted_gate(void)
 	shifted(2, 1, "###.#...", "abCDefghhh");
 	shifted(-1, 2, "..#..", "aaBCDEee");
 	shifted(3, 3, "..##", "abcddDD");
+	/* as in the driver, nothing but 1 raises it */
+	CHECK(xy3_gate_new(&gate, 1, 0, 0) == 0);
+	xy3_gate_next(gate, (const uint32_t []) { 5, 2 }, out);
+	CHECK(out[0] == 5 && out[1] == 0);
+	xy3_gate_next(gate, (const uint32_t []) { 6, UINT32_MAX }, out);
+	CHECK(out[0] == 6 && out[1] == 0);
+	xy3_gate_free(gate);
 	CHECK(xy3_gate_new(&gate, 0, 0, 0) == -EINVAL);
 	CHECK(xy3_gate_new(&gate, 6, 0, 0) == -EINVAL);
 	CHECK(xy3_gate_new(&gate, 1, -2000000, 0) == -EINVAL);
@@ -486,6 +494,10 @@ static void path_of_jumps_and_marks(void)
 	/* a vertex at the current position is one scan; the first one has no path to mark */
 	path_of(&(struct xy3_path_settings) { 50, 10, 1, 1 }, dots, 4, "7 7 7! 7 7 7 9 9 ");
 	path_of(&(struct xy3_path_settings) { 50, 10, 1, 1 }, dots, 0, "");
+	/* as in the driver, nothing but 1 raises the gate */
+	path_of(&(struct xy3_path_settings) { 50, 10, 0, 0 },
+		(const uint32_t [][2]) { { 0, 0 }, { 50, 2 }, { 100, UINT32_MAX } }, 3,
+		"0 50 100 ");
 }
 
 /* Over the whole field, in five axes: steps of one length, none above the speed, the end exact */
