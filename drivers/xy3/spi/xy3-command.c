@@ -7,6 +7,7 @@
 #include <linux/errno.h>
 #include <linux/kernel.h>
 #include <linux/list.h>
+#include <linux/minmax.h>
 #include <linux/wait.h>
 
 #include "xy3-spi.h"
@@ -47,8 +48,9 @@ int xy3_commands_new_block(struct xy3_stream *stream)
 		xy3_block_free(block);
 		return err;
 	}
-	xy3_block_free(stream->queue.commands.block);
-	stream->queue.commands.block = block;
+	scoped_guard(spinlock_irqsave, &stream->lock)
+		swap(xy3_queue(stream)->commands.block, block);
+	xy3_block_free(block);
 	return 0;
 }
 
@@ -230,7 +232,8 @@ int xy3_stream_drain(struct xy3_stream *stream)
  */
 int xy3_commands_init(struct xy3_stream *stream)
 {
-	struct xy3_commands *commands = &stream->queue.commands;
+	struct xy3_queue *queue = &stream->queue;
+	struct xy3_commands *commands = &queue->commands;
 
 	INIT_LIST_HEAD(&commands->waiting);
 	INIT_LIST_HEAD(&commands->free);
@@ -247,5 +250,7 @@ int xy3_commands_init(struct xy3_stream *stream)
  */
 void xy3_commands_exit(struct xy3_stream *stream)
 {
-	xy3_block_free(stream->queue.commands.block);
+	struct xy3_queue *queue = &stream->queue;
+
+	xy3_block_free(queue->commands.block);
 }

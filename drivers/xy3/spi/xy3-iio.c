@@ -311,6 +311,32 @@ static void xy3_make_channels(struct xy3_iio *iio)
 	};
 }
 
+static void xy3_keep(struct xy3_stream *stream, struct xy3_kept *kept)
+{
+	const struct xy3_line_map *map = &stream->map;
+	const struct xy3_queue *queue;
+
+	guard(spinlock_irqsave)(&stream->lock);
+	queue = xy3_queue(stream);
+	kept->frame_bits = map->frame_bits;
+	kept->rate = stream->rate;
+	for (unsigned int i = 0; i < map->axes; i++)
+		kept->position[map->axis[i]] = queue->position[i] << xy3_code_shift(map);
+	memcpy(kept->stat, queue->stat, sizeof(kept->stat));
+}
+
+static void xy3_restore(struct xy3_stream *stream, const struct xy3_kept *kept)
+{
+	const struct xy3_line_map *map = &stream->map;
+	struct xy3_queue *queue;
+
+	guard(spinlock_irqsave)(&stream->lock);
+	queue = xy3_queue(stream);
+	for (unsigned int i = 0; i < map->axes; i++)
+		queue->position[i] = kept->position[map->axis[i]] >> xy3_code_shift(map);
+	memcpy(queue->stat, kept->stat, sizeof(kept->stat));
+}
+
 /**
  * xy3_iio_register() - create the IIO device
  * @spi: the SPI device
@@ -337,10 +363,7 @@ struct iio_dev *xy3_iio_register(struct spi_device *spi, const struct xy3_line_m
 	iio->stream.spi = spi;
 	iio->stream.map = *map;
 	iio->stream.rate = kept->rate;
-	memcpy(iio->stream.queue.stat, kept->stat, sizeof(kept->stat));
 	iio->stream.forward = forward;
-	for (unsigned int i = 0; i < map->axes; i++)
-		iio->stream.queue.position[i] = kept->position[map->axis[i]] >> xy3_code_shift(map);
 	xy3_buffer_init(iio);
 	iio->stream.writers = &iio->buffer.pollq;
 	INIT_DELAYED_WORK(&iio->stream.underrun, xy3_notify_underrun);
@@ -356,6 +379,7 @@ struct iio_dev *xy3_iio_register(struct spi_device *spi, const struct xy3_line_m
 	err = xy3_stream_init(&iio->stream);
 	if (err)
 		goto no_stream;
+	xy3_restore(&iio->stream, kept);
 	err = iio_device_attach_buffer(indio_dev, &iio->buffer);
 	if (!err)
 		err = iio_device_register(indio_dev);
@@ -384,17 +408,6 @@ bool xy3_iio_retire(struct iio_dev *indio_dev)
 	xy3_stream_leave(xy3_iio_stream(indio_dev));
 	iio_device_release_direct(indio_dev);
 	return true;
-}
-
-static void xy3_keep(const struct xy3_stream *stream, struct xy3_kept *kept)
-{
-	const struct xy3_line_map *map = &stream->map;
-
-	kept->frame_bits = map->frame_bits;
-	kept->rate = stream->rate;
-	for (unsigned int i = 0; i < map->axes; i++)
-		kept->position[map->axis[i]] = stream->queue.position[i] << xy3_code_shift(map);
-	memcpy(kept->stat, stream->queue.stat, sizeof(kept->stat));
 }
 
 /**

@@ -4,6 +4,7 @@
  */
 
 #include <linux/ktime.h>
+#include <linux/list.h>
 #include <linux/minmax.h>
 #include <linux/poll.h>
 #include <linux/wait.h>
@@ -61,8 +62,11 @@ static bool xy3_stream_idle(struct xy3_stream *stream)
  */
 void xy3_stream_position(struct xy3_stream *stream, u32 *position)
 {
+	const struct xy3_queue *queue;
+
 	guard(spinlock_irqsave)(&stream->lock);
-	memcpy(position, xy3_queue(stream)->position, sizeof(stream->queue.position));
+	queue = xy3_queue(stream);
+	memcpy(position, queue->position, sizeof(queue->position));
 }
 
 static bool xy3_stream_leaves(struct xy3_stream *stream)
@@ -104,25 +108,51 @@ int xy3_stream_send_position(struct xy3_stream *stream, const u32 *position)
 	return err;
 }
 
+/* Take all blocks from their lists, as a controller may sleep. The stream does not run. */
+static void xy3_take_blocks(struct xy3_stream *stream, struct list_head *empty,
+			    struct list_head *spare)
+{
+	guard(spinlock_irqsave)(&stream->lock);
+	list_splice_init(&xy3_queue(stream)->empty, empty);
+	list_splice_init(&xy3_queue(stream)->spare, spare);
+}
+
+static void xy3_return_blocks(struct xy3_stream *stream, struct list_head *empty,
+			      struct list_head *spare)
+{
+	guard(spinlock_irqsave)(&stream->lock);
+	list_splice(empty, &xy3_queue(stream)->empty);
+	list_splice(spare, &xy3_queue(stream)->spare);
+}
+
 static int xy3_stream_prepare(struct xy3_stream *stream)
 {
 	unsigned int repeats = clamp(xy3_scans_in(stream, XY3_REPEAT_US), 1U,
 				     xy3_scans_max(stream, XY3_REPEAT_SCANS_MAX));
+	LIST_HEAD(empty);
+	LIST_HEAD(spare);
 	int err;
 
-	err = xy3_blocks_prepare(&stream->queue.empty, stream->block_scans);
+	xy3_take_blocks(stream, &empty, &spare);
+	err = xy3_blocks_prepare(&empty, stream->block_scans);
 	if (!err)
-		err = xy3_blocks_prepare(&stream->queue.spare, repeats);
+		err = xy3_blocks_prepare(&spare, repeats);
 	if (!err)
 		err = xy3_block_prepare(stream->closing);
+	xy3_return_blocks(stream, &empty, &spare);
 	return err;
 }
 
 static void xy3_stream_unprepare(struct xy3_stream *stream)
 {
-	xy3_blocks_unprepare(&stream->queue.empty);
-	xy3_blocks_unprepare(&stream->queue.spare);
+	LIST_HEAD(empty);
+	LIST_HEAD(spare);
+
+	xy3_take_blocks(stream, &empty, &spare);
+	xy3_blocks_unprepare(&empty);
+	xy3_blocks_unprepare(&spare);
 	xy3_block_unprepare(stream->closing);
+	xy3_return_blocks(stream, &empty, &spare);
 }
 
 /**
@@ -380,11 +410,13 @@ int xy3_stream_init(struct xy3_stream *stream)
  */
 void xy3_stream_exit(struct xy3_stream *stream)
 {
+	struct xy3_queue *queue = &stream->queue;
+
 	xy3_stream_stop(stream);
 	wait_event(stream->done, xy3_stream_idle(stream));
 	cancel_delayed_work_sync(&stream->retry);
 	xy3_stream_no_blocks(stream);
-	xy3_blocks_free(&stream->queue.spare);
+	xy3_blocks_free(&queue->spare);
 	xy3_block_free(stream->closing);
 	xy3_commands_exit(stream);
 }

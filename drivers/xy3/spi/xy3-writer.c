@@ -7,6 +7,7 @@
  */
 
 #include <linux/err.h>
+#include <linux/list.h>
 #include <linux/minmax.h>
 #include <linux/sched.h>
 
@@ -26,13 +27,18 @@ int xy3_stream_blocks(struct xy3_stream *stream, unsigned int scans)
 							XY3_BLOCK_SCANS_MAX));
 	unsigned int half = clamp(DIV_ROUND_UP(min(scans, XY3_WRITE_MAX), each),
 				  XY3_BLOCKS_MIN / 2, XY3_BLOCKS_MAX / 2);
+	struct xy3_queue *queue;
+	LIST_HEAD(blocks);
 	int err;
 
 	xy3_stream_no_blocks(stream);
-	err = xy3_blocks_new(stream, &stream->queue.empty, 2 * half, each);
+	err = xy3_blocks_new(stream, &blocks, 2 * half, each);
 	if (err)
 		return err;
-	stream->queue.empties = 2 * half;
+	guard(spinlock_irqsave)(&stream->lock);
+	queue = xy3_queue(stream);
+	list_splice(&blocks, &queue->empty);
+	queue->empties = 2 * half;
 	stream->block_scans = each;
 	stream->write_max = half * each;
 	return 0;
@@ -46,8 +52,13 @@ int xy3_stream_blocks(struct xy3_stream *stream, unsigned int scans)
  */
 void xy3_stream_no_blocks(struct xy3_stream *stream)
 {
-	xy3_blocks_free(&stream->queue.empty);
-	stream->queue.empties = 0;
+	LIST_HEAD(blocks);
+
+	scoped_guard(spinlock_irqsave, &stream->lock) {
+		list_splice_init(&xy3_queue(stream)->empty, &blocks);
+		xy3_queue(stream)->empties = 0;
+	}
+	xy3_blocks_free(&blocks);
 }
 
 /* Number of scans that can be written */
