@@ -75,7 +75,7 @@ def test_iio_attr_moves_the_mirrors():
 
 
 @pytest.mark.parametrize('lines, framing, bits, lanes', [
-    (1, 'cs', 24, 0), (4, 'line', 32, 0), *EIGHT, *LANES])
+    (1, 'cs', 24, 0), pytest.param(4, 'line', 32, 0, marks=pytest.mark.smoke), *EIGHT, *LANES])
 def test_iio_writedev(lines, framing, bits, lanes):
     top = (1 << (26 if bits == 32 else 20)) - 1
     with VirtualHead(lines=lines, framing=framing, lanes=lanes) as head:
