@@ -247,8 +247,9 @@ static int xy3_predisable(struct iio_dev *indio_dev)
 {
 	struct xy3_iio *iio = iio_priv(indio_dev);
 
-	/* a part of a write in progress may complete */
-	guard(mutex)(&iio->lock);
+	/* a part of a write in progress may complete; no writer waits until all has been sent */
+	scoped_guard(mutex, &iio->lock)
+		xy3_stream_end(&iio->stream);
 	xy3_stream_stop(&iio->stream);
 	return 0;
 }
@@ -424,8 +425,8 @@ void xy3_iio_unregister(struct iio_dev *indio_dev, struct xy3_kept *kept)
 	xy3_stream_hide_counters(&iio->stream);
 	xy3_stream_leave(&iio->stream);
 	iio_device_unregister(indio_dev);
-	scoped_guard(mutex, &iio->lock)
-		xy3_stream_exit(&iio->stream);
+	/* the stream has ended, and writers get no blocks */
+	xy3_stream_exit(&iio->stream);
 	xy3_keep(&iio->stream, kept);
 	iio_device_free(indio_dev);
 }

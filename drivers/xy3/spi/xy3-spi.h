@@ -289,6 +289,7 @@ unsigned int xy3_stream_rate_max(const struct xy3_stream *stream);
 void xy3_stream_position(struct xy3_stream *stream, u32 *position);
 int xy3_stream_send_position(struct xy3_stream *stream, const u32 *position);
 int xy3_stream_start(struct xy3_stream *stream);
+void xy3_stream_end(struct xy3_stream *stream);
 void xy3_stream_stop(struct xy3_stream *stream);
 void xy3_stream_abort(struct xy3_stream *stream);
 void xy3_stream_leave(struct xy3_stream *stream);

@@ -282,6 +282,17 @@ void xy3_stream_suspend(struct xy3_stream *stream)
 }
 
 /**
+ * xy3_stream_end() - accept no more data; those written are sent
+ * @stream: the stream
+ */
+void xy3_stream_end(struct xy3_stream *stream)
+{
+	guard(spinlock_irqsave)(&stream->lock);
+	xy3_queue(stream)->running = false;
+	xy3_pump(stream, false);
+}
+
+/**
  * xy3_stream_stop() - send written data, then stop
  * @stream: the stream
  *
@@ -291,10 +302,7 @@ void xy3_stream_suspend(struct xy3_stream *stream)
  */
 void xy3_stream_stop(struct xy3_stream *stream)
 {
-	scoped_guard(spinlock_irqsave, &stream->lock) {
-		xy3_queue(stream)->running = false;
-		xy3_pump(stream, false);
-	}
+	xy3_stream_end(stream);
 	if (wait_event_killable(stream->done, xy3_stream_silent(stream))) {
 		xy3_stream_abort(stream);
 		wait_event(stream->done, xy3_stream_silent(stream));

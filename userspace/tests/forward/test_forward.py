@@ -453,6 +453,21 @@ class TestAbort(Case):
         assert forward.get('buffer/enable') == '0'
         assert self.written(forward) < self.SCANS / 2
 
+    def test_write_while_disabling(self):
+        """A writer does not wait until all scans have been sent."""
+        forward, stream = self.slow_stream()
+        stream.write(self.DATA)
+        disabling = self.disable(forward)
+        time.sleep(0.5)
+        writer = os.fork()
+        if not writer:
+            os._exit(error_name(stream.write, self.DATA) != 'EINVAL')
+        try:
+            assert self.ended(writer) == 0
+        finally:
+            forward.set('abort', 1)
+            self.ended(disabling)
+
     def test_unbinding_drops(self):
         forward, stream = self.slow_stream()
         stream.write(self.DATA)
