@@ -3,6 +3,8 @@
  * XY3-100 forward channel: a stream from its start to its end, its settings, single positions
  */
 
+#include <linux/freezer.h>
+#include <linux/jiffies.h>
 #include <linux/ktime.h>
 #include <linux/list.h>
 #include <linux/minmax.h>
@@ -10,6 +12,9 @@
 #include <linux/wait.h>
 
 #include "xy3-spi.h"
+
+/* Interval of checking whether the system suspends, while pending data are sent */
+#define XY3_FREEZING_CHECK	msecs_to_jiffies(100)
 
 /**
  * xy3_stream_rate_min() - the lowest rate that the bus supports
@@ -266,7 +271,8 @@ void xy3_stream_leave(struct xy3_stream *stream)
  * @stream: the stream
  *
  * Blocks that the controller has are sent, and the gate is lowered; the rest is dropped. Writers
- * get -ESHUTDOWN until the stream is started again.
+ * get -ESHUTDOWN until the stream is started again. Processes are frozen, and none is in
+ * xy3_stream_stop().
  */
 void xy3_stream_suspend(struct xy3_stream *stream)
 {
@@ -297,13 +303,20 @@ void xy3_stream_end(struct xy3_stream *stream)
  * @stream: the stream
  *
  * The last scan written is the last one sent; with a gate it is repeated once with the gate low.
- * If the process is killed in the meantime, it only waits for blocks that the controller has; the
- * rest is dropped.
+ * If the process is killed in the meantime, or the system suspends, it only waits for blocks that
+ * the controller has; the rest is dropped.
  */
 void xy3_stream_stop(struct xy3_stream *stream)
 {
+	long left;
+
 	xy3_stream_end(stream);
-	if (wait_event_killable(stream->done, xy3_stream_silent(stream))) {
+	/* the process has locks of the IIO core, so that it must not be frozen here */
+	do {
+		left = wait_event_killable_timeout(stream->done, xy3_stream_silent(stream),
+						   XY3_FREEZING_CHECK);
+	} while (!left && !freezing(current));
+	if (left <= 0) {
 		xy3_stream_abort(stream);
 		wait_event(stream->done, xy3_stream_silent(stream));
 	}

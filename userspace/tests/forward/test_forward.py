@@ -453,6 +453,19 @@ class TestAbort(Case):
         assert forward.get('buffer/enable') == '0'
         assert self.written(forward) < self.SCANS / 2
 
+    def test_suspend_while_disabling(self):
+        """Neither the freezer nor the device waits until all scans have been sent."""
+        forward, stream = self.slow_stream()
+        write_file('/sys/module/suspend/parameters/pm_test_delay', '0')
+        write_file('/sys/power/pm_test', 'devices')
+        stream.write(self.DATA)
+        child = self.disable(forward)
+        time.sleep(0.5)
+        assert error_name(write_file, '/sys/power/state', 'freeze') is None
+        assert self.ended(child) == 0
+        assert self.written(forward) < self.SCANS / 2
+        assert forward.set('out_angl0_raw', 5) is None
+
     def test_write_while_disabling(self):
         """A writer does not wait until all scans have been sent."""
         forward, stream = self.slow_stream()

@@ -184,6 +184,27 @@ class TestLow(GateCase):
         stream.finish()
         assert self.gate(forward, 'high') == 0
 
+    @pytest.mark.parametrize('lines, framing, signals', ARRANGEMENTS[:3])
+    def test_suspended_while_disabling(self, lines, framing, signals):
+        """The line is low while the devices are suspended, not only when the stream has ended."""
+        forward = self.gated(lines, framing, signals, more='realtime=1 idle=keep')
+        assert forward.set('sampling_frequency', 200) is None
+        write_file('/sys/module/suspend/parameters/pm_test_delay', '5')
+        write_file('/sys/power/pm_test', 'devices')
+        stream = self.stream(forward)
+        stream.write(packed([scan[-forward.axes - 1:] for scan in high(4000)]))
+        child = os.fork()
+        if not child:
+            os._exit(forward.stop() is not None)
+        assert wait(lambda: forward.number('scans') > 100)
+        forward.set_sim('reset', 'counts')
+        write_file('/sys/power/state', 'freeze')
+        assert os.waitpid(child, 0) == (child, 0)
+        assert self.gate(forward, 'high') == 0
+        assert forward.number('scans') < 2000
+        # nothing is sent after the suspend, which takes five seconds
+        assert forward.sim_number('bus', 'longest_silence_ns') < 1e9
+
     def test_aborted(self):
         forward = self.gated(more='realtime=1')
         written = high(4000)
