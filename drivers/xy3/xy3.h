@@ -65,7 +65,8 @@ void xy3_back_detach(struct xy3_back *back);
  * @command: queue a command frame, 3 or 4 bytes long, to be sent after earlier ones; called in any
  *	     context, must not sleep. -EAGAIN if there is no room for it;
  *	     xy3_forward_has_room() is called when there is.
- * @room: number of frames that there is room for; in any context. NULL if there is always room
+ * @room: number of frames that there is room for, at least 1 if sending one would fail; in any
+ *	  context. NULL if there is always room
  * @drain: wait until all of them have been sent; may be NULL
  */
 struct xy3_forward_ops {

@@ -32,6 +32,7 @@
  * @kept: initial state of the IIO device
  * @iio_lock: also held while @iio is changed; for commands, which are sent in any context
  * @iio: the IIO device; see xy3_iio()
+ * @broken: there is none until another line map is written; protected by @iio_lock
  */
 struct xy3_spi {
 	struct xy3_forward forward;
@@ -43,6 +44,7 @@ struct xy3_spi {
 	struct xy3_kept kept;
 	spinlock_t iio_lock;	/* see above */
 	struct iio_dev *iio;
+	bool broken;
 };
 
 /* The IIO device does not change while either of the locks is held */
@@ -57,6 +59,15 @@ static void xy3_set_iio(struct xy3_spi *x, struct iio_dev *iio)
 	lockdep_assert_held(&x->lock);
 	lockdep_assert_held(&x->iio_lock);
 	x->iio = iio;
+	x->broken = false;
+}
+
+/* Commands fail, and none waits for an IIO device */
+static void xy3_give_up(struct xy3_spi *x)
+{
+	scoped_guard(spinlock_irqsave, &x->iio_lock)
+		x->broken = true;
+	xy3_forward_has_room(&x->forward);
 }
 
 /* ---- for the head ---- */
@@ -69,7 +80,9 @@ static int xy3_spi_command(struct xy3_forward *forward, const u8 *frame, size_t 
 
 	guard(spinlock_irqsave)(&x->iio_lock);
 	iio = xy3_iio(x);
-	return iio ? xy3_stream_command(xy3_iio_stream(iio), command) : -EAGAIN;
+	if (!iio)
+		return x->broken ? -ENODEV : -EAGAIN;
+	return xy3_stream_command(xy3_iio_stream(iio), command);
 }
 
 static unsigned int xy3_spi_room(struct xy3_forward *forward)
@@ -80,7 +93,9 @@ static unsigned int xy3_spi_room(struct xy3_forward *forward)
 
 	guard(spinlock_irqsave)(&x->iio_lock);
 	iio = xy3_iio(x);
-	return iio ? xy3_stream_command_room(xy3_iio_stream(iio)) : 0;
+	if (!iio)
+		return x->broken ? XY3_COMMANDS_QUEUED : 0;
+	return xy3_stream_command_room(xy3_iio_stream(iio));
 }
 
 static int xy3_spi_drain(struct xy3_forward *forward)
@@ -184,8 +199,8 @@ static int xy3_change_map(struct xy3_spi *x, const char *const *words, unsigned 
 	/* other axes are other channels: another IIO device starts with the state of this one */
 	xy3_drop_iio(x);
 	err = xy3_make_iio(x, signal);
-	if (err)
-		xy3_make_iio(x, x->signal);
+	if (err && xy3_make_iio(x, x->signal))
+		xy3_give_up(x);
 	return err;
 }
 

@@ -7,11 +7,14 @@ call succeeds or fails cleanly; the previous state is restored, and the next try
 
 import glob
 import os
+import select
+import signal
 import struct
 
 import forward_rig
 import head_rig
-from failslab import DRIVER_CORE, module_range, setup_failslab, walk
+from failslab import (DRIVER_CORE, fail_all, function_range, module_range, setup_failslab,
+                      walk)
 from forward_rig import Case
 from kernel import read_file, wait, write_file
 
@@ -108,6 +111,30 @@ class TestWalk(Case):
         count, outcomes = walk(lambda: write_file(path, new), after)
         self.report('line map', count, outcomes)
         assert outcomes.get('ENOMEM', 0) > 50
+        self.works(forward)
+
+    def test_line_map_without_memory_for_the_old_one(self):
+        """There is no IIO device until the next change: commands fail, and no writer waits."""
+        forward = self.forward(2, 'cs')
+        path = forward.spi + 'line_map'
+        tty = os.open('/dev/xy3-0', os.O_RDWR | os.O_NOCTTY)
+        self.add_cleanup(os.close, tty)
+        with fail_all(*function_range('xy3_iio_register')):
+            assert head_rig.error_name(write_file, path, 'x -') == 'ENOMEM'
+        assert glob.glob(forward.spi + 'iio:device*') == []
+        assert head_rig.polled(tty, select.POLLOUT, 0) == select.POLLOUT
+        frame = head_rig.wire.command_frame('calibrate', 'x')
+        writer = os.fork()
+        if not writer:
+            os._exit(head_rig.error_name(os.write, tty, frame) != 'ENODEV')
+        try:
+            assert wait(lambda: os.waitid(os.P_PID, writer, os.WEXITED | os.WNOHANG | os.WNOWAIT))
+        finally:
+            os.kill(writer, signal.SIGKILL)
+            status = os.waitpid(writer, 0)[1]
+        assert status == 0
+        assert head_rig.error_name(write_file, forward.head + 'calibrate', 'x') == 'ENODEV'
+        write_file(path, 'x y')
         self.works(forward)
 
     def test_buffer(self):

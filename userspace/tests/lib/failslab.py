@@ -5,6 +5,7 @@
 lets them fail at random, in any thread.
 """
 
+import contextlib
 import errno
 import functools
 import os
@@ -41,12 +42,23 @@ def setup_failslab(start=ALL_CODE[0], end=ALL_CODE[1], spared='__vmalloc_node_ra
 
 @functools.cache
 def function_range(name):
-    """-> (start, end) of a function of the kernel"""
+    """-> (start, end) of a function of the kernel or of a loaded module"""
     with open('/proc/kallsyms', encoding='ascii') as symbols:
         rows = sorted((int(row[0], 16), row[2]) for row in map(str.split, symbols)
-                      if len(row) == 3 and row[1] in 'tT')
+                      if row[1] in 'tT')
     start = next(address for address, symbol in rows if symbol == name)
     return start, next(address for address, _ in rows if address > start)
+
+
+@contextlib.contextmanager
+def fail_all(start, end):
+    """with fail_all(*function_range(name)): all allocations of this function fail."""
+    setup_failslab(start, end)
+    write_file(FAILSLAB + 'probability', '100')
+    try:
+        yield
+    finally:
+        setup_failslab()
 
 
 class FailNth:
