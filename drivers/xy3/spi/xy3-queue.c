@@ -9,6 +9,7 @@
  * Blocks are queued when something is written and when a message is done.
  */
 
+#include <linux/dev_printk.h>
 #include <linux/list.h>
 #include <linux/poll.h>
 
@@ -132,7 +133,13 @@ void xy3_drop_written(struct xy3_stream *stream)
  */
 void xy3_stream_fail(struct xy3_stream *stream, int err)
 {
-	xy3_queue(stream)->error = err;
+	struct xy3_queue *queue = xy3_queue(stream);
+
+	/* once for each stream, and suspending is not an error */
+	if (!queue->error && err != -ESHUTDOWN)
+		dev_err_ratelimited(&stream->spi->dev,
+				    "the controller has not sent a block: error %d\n", err);
+	queue->error = err;
 	xy3_commands_fail(stream, err);
 	xy3_drop_written(stream);
 }

@@ -496,6 +496,8 @@ class TestAbort(Case):
 class TestErrors(Case):
     def test_controller_error(self):
         forward = self.forward(4, 'line')
+        logged = 'the controller has not sent a block: error %d' % -errno.EIO
+        before = head_rig.run('dmesg')[1].count(logged)
         stream = forward.stream()
         forward.set_sim('faults/spi_error_in', 3)
         with pytest.raises(OSError) as caught:
@@ -504,6 +506,7 @@ class TestErrors(Case):
         assert caught.value.errno == errno.EIO
         # neither a refused command nor remaining positions are sent later
         assert error_name(write_file, forward.head + 'calibrate', 'x') == 'EIO'
+        assert head_rig.run('dmesg')[1].count(logged) == before + 1
         assert forward.stop() is None
         scans = forward.number('scans')     # the controller has no data of the stream any more
         for more, (axis, code) in enumerate((('y', '20002'), ('z', '20004')), 1):
