@@ -205,21 +205,24 @@ void xy3_block_free(struct xy3_block *block)
  * @stream: the stream
  * @scans: maximum number of scans
  *
+ * The length of the buffer, which determines their number, is set by the user: the memory is
+ * accounted.
+ *
  * Return: the block, empty and not prepared; NULL if out of memory.
  */
 struct xy3_block *xy3_block_new(struct xy3_stream *stream, unsigned int scans)
 {
 	struct xy3_block *block;
 
-	block = kzalloc(sizeof(*block), GFP_KERNEL);
+	block = kzalloc(sizeof(*block), GFP_KERNEL_ACCOUNT);
 	if (!block)
 		return NULL;
 	block->stream = stream;
 	block->scans_max = scans;
 	block->buffer = kmalloc(XY3_GAP_ROOM(stream->map.lines) + scans * xy3_scan_room(stream),
-				GFP_KERNEL);
+				GFP_KERNEL_ACCOUNT);
 	block->transfers = kvcalloc(xy3_transfers(stream, scans), sizeof(*block->transfers),
-				    GFP_KERNEL);
+				    GFP_KERNEL_ACCOUNT);
 	if (!block->buffer || !block->transfers) {
 		xy3_block_free(block);
 		return NULL;
