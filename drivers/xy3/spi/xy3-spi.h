@@ -27,7 +27,7 @@
 
 /* Time of a block on the wire, and its minimum and maximum number of scans */
 #define XY3_BLOCK_US		2560
-#define XY3_BLOCK_SCANS_MIN	32
+#define XY3_BLOCK_SCANS_MIN	4
 #define XY3_BLOCK_SCANS_MAX	512
 /* The same for one that repeats the last position: a new position waits for at most two of these */
 #define XY3_REPEAT_US		750

@@ -22,10 +22,11 @@
  */
 int xy3_stream_blocks(struct xy3_stream *stream, unsigned int scans)
 {
+	unsigned int wanted = min(scans, XY3_WRITE_MAX);
+	unsigned int least = max(DIV_ROUND_UP(wanted, XY3_BLOCKS_MAX / 2), XY3_BLOCK_SCANS_MIN);
 	unsigned int each = xy3_scans_max(stream, clamp(xy3_scans_in(stream, XY3_BLOCK_US),
-							XY3_BLOCK_SCANS_MIN,
-							XY3_BLOCK_SCANS_MAX));
-	unsigned int half = clamp(DIV_ROUND_UP(min(scans, XY3_WRITE_MAX), each),
+							least, XY3_BLOCK_SCANS_MAX));
+	unsigned int half = clamp(DIV_ROUND_UP(wanted, each),
 				  XY3_BLOCKS_MIN / 2, XY3_BLOCKS_MAX / 2);
 	struct xy3_queue *queue;
 	LIST_HEAD(blocks);

@@ -408,6 +408,16 @@ class TestAbort(Case):
         stream.finish()
         assert forward.x_of('positions') == '7'
 
+    def test_frames_after_an_abort(self):
+        """Three blocks are with the controller, of four frames each at a low rate."""
+        self.RATE = 10
+        forward, stream = self.slow_stream()
+        stream.write(self.DATA)
+        assert forward.set('abort', 1) is None
+        assert wait(lambda: forward.number('repeated') > 0)
+        assert self.written(forward) <= 12
+        stream.finish()
+
     def test_abort_of_a_write_that_waits(self):
         """All of it is dropped, not only the part in the buffer; and nothing of the next one."""
         forward, stream = self.slow_stream()
