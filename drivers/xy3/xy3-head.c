@@ -172,7 +172,7 @@ static void xy3_head_unregister(struct xy3_head *head)
 	cancel_delayed_work_sync(&head->events.work);
 	xy3_hwmon_remove(head);
 	xy3_tty_remove(head);
-	device_del(&head->dev);
+	xy3_notify_removal(head);
 	/* without the attributes and the tty, nothing can queue these again */
 	cancel_delayed_work_sync(&head->autobaud.work);
 	cancel_work_sync(&head->rate_request);

@@ -7,7 +7,9 @@
  */
 
 #include <linux/bitops.h>
+#include <linux/device.h>
 #include <linux/jiffies.h>
+#include <linux/kernel.h>
 #include <linux/kobject.h>
 #include <linux/lockdep.h>
 #include <linux/string.h>
@@ -107,6 +109,29 @@ void xy3_notify_schedule(struct xy3_head *head)
 	if (head->gone)
 		return;
 	queue_delayed_work(system_percpu_wq, &head->events.work, delay);
+}
+
+/**
+ * xy3_notify_removal() - remove the device of a head, and wake up pollers of its attributes
+ * @head: the head; its worker does not run
+ *
+ * device_del() does not wake them, and before it they would find nothing changed, and wait again.
+ */
+void xy3_notify_removal(struct xy3_head *head)
+{
+	struct kernfs_node *folder = head->dev.kobj.sd;
+	struct kernfs_node *errors = sysfs_get_dirent(folder, "errors");
+	struct kernfs_node *pollable[XY3_COMPONENTS + 1];
+
+	for (unsigned int i = 0; i < XY3_COMPONENTS; i++)
+		pollable[i] = sysfs_get_dirent(errors, xy3_component_name(i));
+	pollable[XY3_COMPONENTS] = sysfs_get_dirent(folder, "in_sync");
+	device_del(&head->dev);
+	for (unsigned int i = 0; i < ARRAY_SIZE(pollable); i++) {
+		sysfs_notify_dirent(pollable[i]);
+		sysfs_put(pollable[i]);
+	}
+	sysfs_put(errors);
 }
 
 /**

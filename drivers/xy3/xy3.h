@@ -287,6 +287,7 @@ void xy3_telemetry_forget_numbers(struct xy3_head *head);
 /* xy3-notify.c */
 void xy3_notify_init(struct xy3_head *head);
 void xy3_notify_schedule(struct xy3_head *head);
+void xy3_notify_removal(struct xy3_head *head);
 
 /* xy3-hwmon.c */
 void xy3_hwmon_update(struct xy3_head *head, u32 thermometers);

@@ -421,10 +421,15 @@ bool xy3_iio_retire(struct iio_dev *indio_dev)
 void xy3_iio_unregister(struct iio_dev *indio_dev, struct xy3_kept *kept)
 {
 	struct xy3_iio *iio = iio_priv(indio_dev);
+	struct kernfs_node *underruns;
 
 	xy3_stream_hide_counters(&iio->stream);
 	xy3_stream_leave(&iio->stream);
+	underruns = sysfs_get_dirent(iio->dev->kobj.sd, dev_attr_underruns.attr.name);
 	iio_device_unregister(indio_dev);
+	/* removing a file does not wake its pollers */
+	sysfs_notify_dirent(underruns);
+	sysfs_put(underruns);
 	/* the stream has ended, and writers get no blocks */
 	xy3_stream_exit(&iio->stream);
 	xy3_keep(&iio->stream, kept);

@@ -151,6 +151,20 @@ class TestClosedLoop(Case):
         assert 1 <= len(events.properties()) < 50
         stream.finish()
 
+    @pytest.mark.parametrize('way', ('unbind', 'line_map'))
+    def test_pollers_of_underruns_learn_of_the_removal(self, way):
+        """A new line map removes the IIO device, too."""
+        forward = self.forward(4, 'line')
+        poller = head_rig.AttributePoller(forward.iio + 'underruns')
+        self.add_cleanup(poller.close)
+        watcher = head_rig.Background(poller.removed)
+        time.sleep(0.3)                         # it is in poll() now
+        if way == 'unbind':
+            forward.unbind()
+        else:
+            write_file(forward.spi + 'line_map', 'sync x y gate')
+        assert watcher.result() is True
+
     def test_writes_that_are_no_scans(self):
         forward = self.forward(4, 'line')
         stream = forward.open(os.O_NONBLOCK)

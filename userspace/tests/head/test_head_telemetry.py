@@ -257,13 +257,17 @@ class TestPollers(Case):
         assert other.changed()
         assert (other.read(), dsp.read()) == ('range\n', NODATA)
 
-    def test_the_head_goes(self):
+    @pytest.mark.parametrize('way', ('cut', 'detach'))
+    def test_the_head_goes(self, way):
+        """A program that waits without a limit learns of the removal."""
         head = self.synced()
-        poller = self.poller(head, 'in_sync')
-        head.uart.cut()
-        assert head.gone()
-        assert poller.changed()
-        assert poller.read() == 'ENODEV'
+        head.send(wire.errors([0, 1]))
+        watchers = {name: head_rig.Background(self.poller(head, name).removed)
+                    for name in ('in_sync', *('errors/' + name for name in COMPONENTS))}
+        time.sleep(0.3)                         # all are in poll() now
+        (head.uart.cut if way == 'cut' else head.detach)()
+        assert {name: watcher.result() for name, watcher in watchers.items()} == \
+            dict.fromkeys(watchers, True)
 
 
 class TestEvents(Case):

@@ -19,6 +19,7 @@ import subprocess
 import sys
 import termios
 import threading
+import time
 import tty
 import case
 
@@ -348,6 +349,18 @@ class AttributePoller:
         events = polled(self.fd, select.POLLPRI, timeout)
         self.read()
         return bool(events & select.POLLPRI)
+
+    def removed(self, timeout=60.0):
+        """Polls and reads until the attribute is removed. -> whether poll() has woken then
+
+        At its timeout poll() checks again and finds the file removed, so the time is measured.
+        """
+        while self.read() != 'ENODEV':
+            began = time.monotonic()
+            polled(self.fd, select.POLLPRI, timeout)
+            if time.monotonic() - began > timeout / 2:
+                return False
+        return True
 
 
 class Case(case.Case):
