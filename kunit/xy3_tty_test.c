@@ -8,6 +8,7 @@
 #include <linux/fs.h>
 #include <linux/kthread.h>
 #include <linux/module.h>
+#include <linux/sizes.h>
 
 #include "xy3_rig_tty.h"
 
@@ -200,6 +201,48 @@ static void write_room_test(struct kunit *test)
 	KUNIT_EXPECT_EQ(test, tty->ops->write(tty, frames, sizeof(frames)), -ENODEV);
 }
 
+/*
+ * The tty core passes a long write() in pieces of 64 KiB. The end of one may be within a frame,
+ * which the next piece starts with; a shorter write() is refused.
+ */
+static void long_write_test(struct kunit *test)
+{
+	static const struct {
+		u8 rest[3];
+		size_t size;
+	} torn[] = {
+		{ { 0x08 }, 1 }, { { 0x08, 0 }, 2 }, { { 0x80 }, 1 }, { { 0x80, 0x20 }, 2 },
+		{ { 0x80, 0x20, 0 }, 3 },
+	};
+	static const u8 frame[] = { 0x08, 0, 0x06 }, wide[] = { 0x80, 0x20, 0, 0x12 };
+	u8 *data = kunit_kzalloc(test, SZ_64K, GFP_KERNEL);
+	struct tty_struct *tty;
+
+	KUNIT_ASSERT_NOT_NULL(test, data);
+	forward_come(test);
+	line_come(test);
+	tty = reader_open(test, head_of_number(0));
+	for (unsigned int i = 0; i < ARRAY_SIZE(torn); i++) {
+		size_t whole = SZ_64K - torn[i].size, at = 0;
+
+		while ((whole - at) % sizeof(frame)) {
+			memcpy(data + at, wide, sizeof(wide));
+			at += sizeof(wide);
+		}
+		for (; at < whole; at += sizeof(frame))
+			memcpy(data + at, frame, sizeof(frame));
+		memcpy(data + whole, torn[i].rest, torn[i].size);
+		KUNIT_EXPECT_EQ(test, tty->ops->write(tty, data, SZ_64K), whole);
+		clear_call_log();
+		KUNIT_EXPECT_EQ(test, tty->ops->write(tty, data + whole, torn[i].size), -EINVAL);
+		at = data[0] == wide[0] ? sizeof(wide) : sizeof(frame);
+		KUNIT_EXPECT_EQ(test, tty->ops->write(tty, data + at, SZ_64K - at), -EINVAL);
+		data[0] ^= 1;
+		KUNIT_EXPECT_EQ(test, tty->ops->write(tty, data, SZ_64K), -EINVAL);
+		expect_no_call(test);
+	}
+}
+
 /* A program that writes three frames */
 struct writer {
 	struct tty_struct *tty;
@@ -301,6 +344,7 @@ static struct kunit_case xy3_tty_cases[] = {
 	KUNIT_CASE(speed_shown_test),
 	KUNIT_CASE_PARAM(write_test, write_gen_params),
 	KUNIT_CASE(write_room_test),
+	KUNIT_CASE(long_write_test),
 	KUNIT_CASE(blocking_write_test),
 	KUNIT_CASE(raw_test),
 	{}

@@ -25,6 +25,26 @@ static int xy3_send_frame(struct xy3_head *head, const u8 *frame, size_t size)
 }
 
 /**
+ * xy3_whole_frames() - leave off a torn last frame
+ * @frames: frames
+ * @size: bytes of all of them
+ *
+ * Return: bytes up to the end of the last whole frame.
+ */
+size_t xy3_whole_frames(const u8 *frames, size_t size)
+{
+	struct xy3_frame frame;
+	size_t at;
+
+	for (at = 0; at < size; at += frame.size) {
+		xy3_decode_frame(frames + at, size - at, &frame);
+		if (frame.verdict == XY3_FRAME_TORN)
+			break;
+	}
+	return at;
+}
+
+/**
  * xy3_send_frames() - send as many command frames as there is room for
  * @head: the head
  * @frames: whole command frames, 3 or 4 bytes each

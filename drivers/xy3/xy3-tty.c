@@ -9,6 +9,7 @@
 #include <linux/bitmap.h>
 #include <linux/err.h>
 #include <linux/lockdep.h>
+#include <linux/sizes.h>
 #include <linux/slab.h>
 #include <linux/tty.h>
 #include <linux/tty_driver.h>
@@ -225,6 +226,9 @@ static void xy3_unthrottle(struct tty_struct *tty)
 	xy3_restart(tty->driver_data);
 }
 
+/* The tty core passes a longer write() in pieces of this size */
+#define XY3_WRITE_PIECE		SZ_64K
+
 /* If not all frames are accepted, N_TTY waits for xy3_tty_wakeup() or returns -EAGAIN */
 static ssize_t xy3_write(struct tty_struct *tty, const u8 *data, size_t size)
 {
@@ -234,6 +238,9 @@ static ssize_t xy3_write(struct tty_struct *tty, const u8 *data, size_t size)
 
 	if (!head)
 		return -EIO;
+	/* the rest of a frame may be in the next piece, which starts where this one was accepted */
+	if (size == XY3_WRITE_PIECE)
+		size = xy3_whole_frames(data, size);
 	sent = xy3_send_frames(head, data, size);
 	put_device(&head->dev);
 	return sent;

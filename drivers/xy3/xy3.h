@@ -274,6 +274,7 @@ void xy3_rate_data(struct xy3_head *head);
 bool xy3_rate_close(unsigned int rate, unsigned int requested);
 
 /* xy3-forward.c */
+size_t xy3_whole_frames(const u8 *frames, size_t size);
 ssize_t xy3_send_frames(struct xy3_head *head, const u8 *frames, size_t size);
 unsigned int xy3_forward_room(struct xy3_head *head);
 int xy3_send_command(struct xy3_head *head, u32 command);

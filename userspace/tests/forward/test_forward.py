@@ -356,6 +356,20 @@ class TestCommands(Case):
         assert wait(lambda: forward.number('commands') == 2000)
         assert set(forward.codes()) == {'c0001'}
 
+    @pytest.mark.parametrize('frames, times', (((24,), 25000), ((24, 32), 10000)),
+                             ids=('24 bits', '24 and 32 bits'))
+    def test_a_long_write(self, frames, times):
+        """The tty core passes pieces of 64 KiB, which end within a frame."""
+        forward = self.forward(1, 'cs')
+        fd = os.open('/dev/xy3-0', os.O_RDWR | os.O_NOCTTY)
+        self.add_cleanup(os.close, fd)
+        data = b''.join(head_rig.wire.command_frame('calibrate', 'x', bits=bits)
+                        for bits in frames) * times
+        assert len(data) > 65536
+        assert os.write(fd, data) == len(data)
+        assert wait(lambda: forward.number('commands') == len(frames) * times)
+        assert set(forward.codes()) == {'c0001'}
+
     def test_in_the_middle_of_a_stream(self):
         forward = self.forward(4, 'line')
         scans = 30000

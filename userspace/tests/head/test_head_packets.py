@@ -314,6 +314,7 @@ class TestWriting(Case):
         pytest.param(b'hello\n', 'EINVAL', id='text'),
         pytest.param(COMMAND * 1000, 'ENODEV', id='many frames'),
         pytest.param(COMMAND * 1000 + b'\0', 'EINVAL', id='the last of many is bad'),
+        pytest.param(COMMAND * 30000, 'ENODEV', id='more than the tty core passes at a time'),
     ])
     def test_command_frames(self, data, error):
         """There is no forward channel; invalid command frames are refused before that."""
