@@ -142,6 +142,19 @@ static void modes_put_back_test(struct kunit *test)
 	KUNIT_EXPECT_EQ(test, line->tty->termios.c_iflag, INPCK);
 }
 
+/* The UART keeps the rate of the head, which keeps it, too: it can be attached again */
+static void speed_stays_test(struct kunit *test)
+{
+	struct line *line = line_come(test);
+
+	KUNIT_EXPECT_EQ(test, store(head_of_number(0), "rate", "57600"), 0);
+	line_detach(line);
+	KUNIT_EXPECT_EQ(test, tty_get_baud_rate(line->tty), 57600);
+	KUNIT_ASSERT_EQ(test, line_attach(line), 0);
+	EXPECT_SHOWS(test, head_of_number(0), "rate", "57600");
+	EXPECT_CALLS(test, { UART, 57600 });
+}
+
 /* ---- line errors ---- */
 
 struct flag_row {
@@ -312,6 +325,7 @@ static struct kunit_case xy3_ldisc_cases[] = {
 	KUNIT_CASE(lower_write_test),
 	KUNIT_CASE(hangup_test),
 	KUNIT_CASE(modes_put_back_test),
+	KUNIT_CASE(speed_stays_test),
 	KUNIT_CASE_PARAM(line_error_test, flag_gen_params),
 	KUNIT_CASE(line_error_sync_test),
 	KUNIT_CASE(line_error_any_test),

@@ -75,10 +75,25 @@ class TestAttach(Case):
             assert heads() == []
 
     def test_close_of_the_uart(self):
-        """On USB, as the slave of a pty does not change while the master is open."""
-        head = self.attach(self.closing(AcmCable())).sync()
-        head.uart.close_slave()
-        assert head.gone()
+        """On USB, as the slave of a pty does not change while the master is open.
+
+        The next program that opens it finds the former input modes, and the rate of the head.
+        """
+        uart = self.closing(AcmCable())
+        flags = termios.IGNBRK | termios.IGNPAR | termios.IXANY
+        for rate in (230400, 57600):
+            modes = termios.tcgetattr(uart.slave)
+            modes[0] = flags
+            termios.tcsetattr(uart.slave, termios.TCSANOW, modes)
+            head = self.attach(uart).sync()
+            assert termios.tcgetattr(uart.slave)[0] == \
+                termios.BRKINT | termios.INPCK | termios.IXANY
+            assert head.set('rate', str(rate)) is None
+            uart.close_slave()
+            assert head.gone()
+            uart.slave = os.open(uart.node, os.O_RDWR | os.O_NOCTTY)
+            assert termios.tcgetattr(uart.slave)[0] == flags
+            assert get_speed(uart.slave) == rate
 
     def test_capability(self):
         uart = self.closing(Pty())
