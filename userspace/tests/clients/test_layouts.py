@@ -16,7 +16,7 @@ import pytest
 import rig
 import udevd
 from evdev import ecodes
-from kernel import is_loaded, load_module, wait
+from kernel import is_loaded, load_module, wait, write_file
 from xhcctl_tool import LAYOUTS, environment, run
 
 LIMIT = 60
@@ -30,6 +30,7 @@ OWN_KEYS = {0x01: 'power', 0x02: 'power2', 0x03: 'sleep', 0x04: 'suspend', 0x05:
             0x17: 'restart'}
 CHOICES = {'default': 'HB04', 'hb03': 'HB03', 'hb04-16': 'HB04', 'hb04-18': 'HB04', 'own': 'HB04',
            'whb04b': 'WHB04B'}
+PRODUCTS = {'HB03': 'eb6e', 'HB04': 'eb70', 'WHB04B': 'eb93'}
 
 
 @pytest.fixture(scope='module', autouse=True)
@@ -81,8 +82,8 @@ def chosen(name):
 
 
 @contextlib.contextmanager
-def plugged(model='HB04'):
-    pendant = rig.Rig(model).plug()
+def plugged(model='HB04', **options):
+    pendant = rig.Rig(model, **options).plug()
     try:
         assert wait(lambda: os.stat(pendant.event_node).st_gid == DIALOUT, LIMIT), 'no rule of ours'
         udev('udevadm', 'settle')
@@ -260,17 +261,36 @@ def test_the_layouts_are_all_that_are_shipped():
     assert names == CHOICES.keys() - {'default', 'own'}
 
 
-def test_every_node_is_for_dialout_only():
+def check_access(pendant):
     """The node of joydev reports the keys, too."""
+    folder = os.path.dirname(os.path.realpath('/sys/class/input/' +
+                                              os.path.basename(pendant.event_node)))
+    names = [name for name in os.listdir(folder) if os.path.exists('/dev/input/' + name)]
+    assert sorted(name.rstrip('0123456789') for name in names) == ['event', 'js']
+    for name in names:
+        node = '/dev/input/' + name
+        for action in 'change', 'add':
+            trigger(node, action)
+            state = os.stat(node)
+            assert (state.st_gid, state.st_mode & 0o777) == (DIALOUT, 0o660), node
+            assert 'uaccess' in tags(node)
+
+
+def test_every_node_is_for_dialout_only():
     with plugged() as pendant:
-        folder = os.path.dirname(os.path.realpath('/sys/class/input/' +
-                                                  os.path.basename(pendant.event_node)))
-        names = [name for name in os.listdir(folder) if os.path.exists('/dev/input/' + name)]
-        assert sorted(name.rstrip('0123456789') for name in names) == ['event', 'js']
-        for name in names:
-            node = '/dev/input/' + name
-            for action in 'change', 'add':
-                trigger(node, action)
-                state = os.stat(node)
-                assert (state.st_gid, state.st_mode & 0o777) == (DIALOUT, 0o660), node
-                assert 'uaccess' in tags(node)
+        check_access(pendant)
+
+
+@pytest.mark.parametrize('model', PRODUCTS)
+def test_a_clone_is_as_its_model(model, keyboard):
+    """The rules do not know the id of a clone, which the driver binds by new_id."""
+    try:
+        write_file(rig.DRIVER_DIR + '/new_id', '3 10ce eb91 %s' % PRODUCTS[model])
+        with plugged(model, product=0xEB91) as pendant:
+            check(pendant.event_node)
+            assert libinput_devices() == ['keyboard']
+            assert os.path.realpath('/dev/input/xhc-' + model.lower()) == pendant.event_node
+            check_access(pendant)
+    finally:        # the driver forgets the id
+        rig.unload()
+        rig.load()
