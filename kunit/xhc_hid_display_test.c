@@ -281,6 +281,7 @@ struct error_row {
 static const struct error_row error_rows[] = {
 	{ -EPIPE, -EPIPE },
 	{ -ETIMEDOUT, -ETIMEDOUT },
+	{ -ENOMEM, -ENOMEM },
 	{ -EIO, -EIO },
 	{ -EPROTO, -EIO },
 	{ -EILSEQ, -EIO },
