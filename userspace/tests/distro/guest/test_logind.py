@@ -22,7 +22,8 @@ LOG = '/run/logind.log'
 # Possible entries of a user who does not consider the computer: on Reset, and on other keys.
 OWN = ''.join(' KEYBOARD_KEY_%02x=%s\n' % key for key in (
     (0x01, 'power'), (0x02, 'sleep'), (0x03, 'suspend'), (0x17, 'restart')))
-RESET = 0x17
+LAYOUTS = {'hb03': 'HB03', 'hb04-16': 'HB04', 'hb04-18': 'HB04', 'own': 'HB04', 'whb04b': 'WHB04B'}
+RESET = {'HB03': 0x17, 'HB04': 0x17, 'WHB04B': 0x01}
 LONG_PRESS = 5          # seconds, of systemd-logind
 PATIENCE = 30
 
@@ -90,8 +91,7 @@ def keyboard(logind):
 def pendants(keyboard):
     """One pendant for each layout, and one with keys of a user, at the same time"""
     with contextlib.ExitStack() as stack:
-        found = {name: stack.enter_context(Plugged(model)) for name, model in (
-            ('hb03', 'HB03'), ('hb04-16', 'HB04'), ('hb04-18', 'HB04'), ('own', 'HB04'))}
+        found = {name: stack.enter_context(Plugged(model)) for name, model in LAYOUTS.items()}
         entries = {name: command('xhcctl', 'layout', 'hb04-16' if name == 'own' else name,
                                  '--device', pendant.node) for name, pendant in found.items()}
         entries['own'] = entries['own'].split(' XHC_LAYOUT')[0] + OWN
@@ -109,10 +109,11 @@ def watched(node):
 
 
 def press(pendant, seconds=0.0):
-    pendant.usb.press(RESET)
+    reset = RESET[pendant.get('model')]
+    pendant.usb.press(reset)
     pendant.events.report()
     time.sleep(seconds)
-    pendant.usb.release(RESET)
+    pendant.usb.release(reset)
     pendant.events.report()
 
 
@@ -153,9 +154,9 @@ def test_without_our_rule_it_acts_on_a_pendant(keyboard, pendants):
         long, short = acts()
         press(pendant)
         wait_for(lambda: acts() == (long, short + 1), 'action on Reset', PATIENCE)
-        pendant.usb.press(RESET)
+        pendant.usb.press(RESET['HB04'])
         wait_for(lambda: acts() == (long + 1, short + 1), 'action on Reset, held', PATIENCE)
-        pendant.usb.release(RESET)
+        pendant.usb.release(RESET['HB04'])
     finally:
         os.unlink(OVERRIDE)
         reload_rules()
@@ -167,7 +168,7 @@ def test_without_our_rule_it_acts_on_a_pendant(keyboard, pendants):
     assert acts() == (before[0], before[1] + 1)
 
 
-@pytest.mark.parametrize('name', ['hb03', 'hb04-16', 'hb04-18', 'own'])
+@pytest.mark.parametrize('name', LAYOUTS)
 def test_it_does_not_act_on_a_pendant(keyboard, pendants, name):
     pendant = pendants[name]
     before = acts()
