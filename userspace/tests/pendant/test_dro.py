@@ -594,7 +594,7 @@ class TestFailure(Case):
         assert len([line for line in log.lines() if 'xhc' in line]) <= 1
 
 
-class TestCalendar(Case):
+class Clock(Case):
     """The clock is that of the test kernel."""
 
     def set_up(self):
@@ -609,6 +609,8 @@ class TestCalendar(Case):
         seconds = int(time.mktime(when + (0, 0, 0))) - time.timezone
         time.clock_settime(time.CLOCK_REALTIME, seconds)
 
+
+class TestCalendar(Clock):
     def test_midnight(self):
         for date, tomorrow in (((2026, 12, 31), 1), ((2028, 2, 28), 29), ((2027, 2, 28), 1),
                                ((2027, 4, 30), 1), ((2027, 5, 14), 15)):
@@ -689,19 +691,32 @@ class TestCalendar(Case):
             pendant.unplug()
 
 
-class TestTracepoints(Case):
+class Traced(Case):
+    """With some events of the kernel in its trace"""
+
     ROOT = '/sys/kernel/tracing/'
+    EVENTS = ()
 
     def set_up(self):
         super().set_up()
         if not rig.loaded():
             rig.load()
-        rig.write_file(self.ROOT + 'trace', '\n')
-        rig.write_file(self.ROOT + 'events/xhc/enable', '1')
-        self.add_cleanup(rig.write_file, self.ROOT + 'events/xhc/enable', '0')
+        self.forget()
+        for event in self.EVENTS:
+            enable = self.ROOT + 'events/%s/enable' % event
+            rig.write_file(enable, '1')
+            self.add_cleanup(rig.write_file, enable, '0')
+
+    def forget(self):
+        with open(self.ROOT + 'trace', 'w', encoding='ascii'):
+            pass        # that it is truncated is what empties it
 
     def trace(self):
         return read_file(self.ROOT + 'trace').replace(' ', '')
+
+
+class TestTracepoints(Traced):
+    EVENTS = ('xhc',)
 
     @pytest.mark.distro
     def test_report(self):
@@ -723,3 +738,33 @@ class TestTracepoints(Case):
         pendant.device.set_fault('stall', count=1)
         pendant.set_error('flush', '1')
         assert 'error=-5' in self.trace()
+
+
+class TestWakeups(Clock, Traced):
+    """When the worker of the display runs, and where"""
+
+    EVENTS = ('workqueue/workqueue_queue_work', 'timer/hrtimer_expire_entry')
+
+    def ours(self):
+        """The times when the worker was queued, and when our timer went off"""
+        return [line for line in self.trace().splitlines() if 'function=xhc_' in line]
+
+    def test_transfers_are_on_the_queue_for_long_work(self):
+        """A transfer may take seconds."""
+        pendant = self.plug()
+        self.forget()
+        pendant.set('work_x', '1')
+        pendant.settle()
+        assert self.ours()
+        for line in self.ours():
+            assert 'function=xhc_dro_work' in line
+            assert 'workqueue=events_long' in line
+
+    def test_it_does_not_run_for_nothing(self):
+        self.set_clock(2027, 3, 5, 12, 0, 0)
+        pendant = self.plug()
+        assert pendant.get('day') == 'auto'
+        pendant.settle()
+        self.forget()
+        time.sleep(150)
+        assert self.ours() == []
