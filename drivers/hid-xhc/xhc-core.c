@@ -23,15 +23,13 @@ module_param(swap_feed_spindle, bool, 0644);
 MODULE_PARM_DESC(swap_feed_spindle,
 		 "Default of the attribute of this name: exchange the selector positions feed and spindle (default: N)");
 
-/**
- * xhc_send_report() - send one feature report and wait until the pendant has accepted it
- * @xhc: the pendant
- * @report: report 06h with its id, in memory fit for DMA
+/*
+ * Send a feature report and wait until the pendant has accepted it.
  *
  * Return: 0 on success, -EPIPE if the pendant stalled it, -ETIMEDOUT if it did not respond,
  * -ENODEV if it was removed or is suspended, -ENOMEM, or -EIO for any other failure.
  */
-int xhc_send_report(struct xhc_device *xhc, u8 report[XHC_CHUNK_SIZE])
+static int xhc_send_report(struct xhc_device *xhc, u8 *report)
 {
 	int ret = hid_hw_raw_request(xhc->hdev, report[0], report, XHC_CHUNK_SIZE,
 				     HID_FEATURE_REPORT, HID_REQ_SET_REPORT);
@@ -147,7 +145,7 @@ static int xhc_probe(struct hid_device *hdev, const struct hid_device_id *id)
 	err = xhc_check_reports(hdev, xhc->model);
 	if (err)
 		return err;
-	err = xhc_dro_init(xhc);
+	err = xhc_dro_init(xhc, xhc_send_report);
 	if (err)
 		return err;
 	err = xhc_input_init(xhc);

@@ -104,7 +104,7 @@ static int xhc_dro_send(struct xhc_device *xhc, const u8 *payload, size_t size)
 			return -ENODEV;
 
 		xhc_encode_chunk(payload, size, i, dro->report);
-		err = xhc_send_report(xhc, dro->report);
+		err = dro->send(xhc, dro->report);
 		if (err)
 			return err;
 	}
@@ -229,7 +229,7 @@ void xhc_dro_changed(struct xhc_device *xhc)
  *
  * Context: sleeps as long as the transfer takes.
  *
- * Return: 0 if the pendant has accepted the frame, otherwise the error of xhc_send_report(),
+ * Return: 0 if the pendant has accepted the frame, otherwise the error of its transfer,
  * -ENODEV if it is removed or suspended, -ERESTARTSYS on a signal.
  */
 int xhc_dro_flush(struct xhc_device *xhc)
@@ -355,13 +355,15 @@ void xhc_dro_stop(struct xhc_device *xhc)
 /**
  * xhc_dro_init() - initialise the display in the stopped state, with all values zero
  * @xhc: the pendant
+ * @send: sends a feature report, see struct xhc_dro
  *
  * Return: 0 on success, -ENOMEM otherwise.
  */
-int xhc_dro_init(struct xhc_device *xhc)
+int xhc_dro_init(struct xhc_device *xhc, int (*send)(struct xhc_device *xhc, u8 *report))
 {
 	struct xhc_dro *dro = &xhc->dro;
 
+	dro->send = send;
 	mutex_init(&dro->lock);
 	INIT_LIST_HEAD(&dro->flushes);
 	INIT_DELAYED_WORK(&dro->work, xhc_dro_work);

@@ -87,8 +87,12 @@ struct xhc_evdev {
 #define XHC_REFRESH_MAX_MS	1000
 #define XHC_REFRESH_DEFAULT_MS	50
 
+struct xhc_device;
+
 /**
  * struct xhc_dro - the display side of a pendant
+ * @send: sends report 06h with its id, in memory fit for DMA, and waits until the pendant has
+ *	  accepted it
  * @lock: protects all up to @flushes; never held while a frame is in flight
  * @running: false while suspended or going away: no frame is sent
  * @changed: @want may differ from what was sent
@@ -112,6 +116,7 @@ struct xhc_evdev {
  * @answered: reports only: when a report last returned the right seed, or caused a frame
  */
 struct xhc_dro {
+	int (*send)(struct xhc_device *xhc, u8 *report);
 	struct mutex lock;	/* all up to @flushes */
 	bool running;
 	bool changed;
@@ -161,9 +166,6 @@ static inline void xhc_count(struct xhc_device *xhc, enum xhc_stat stat)
 	atomic64_inc(&xhc->stat[stat]);
 }
 
-/* xhc-core.c */
-int xhc_send_report(struct xhc_device *xhc, u8 report[XHC_CHUNK_SIZE]);
-
 /* xhc-input.c */
 int xhc_input_init(struct xhc_device *xhc);
 int xhc_input_register(struct xhc_device *xhc);
@@ -174,7 +176,7 @@ void xhc_input_start(struct xhc_device *xhc);
 void xhc_input_stop(struct xhc_device *xhc);
 
 /* xhc-dro.c */
-int xhc_dro_init(struct xhc_device *xhc);
+int xhc_dro_init(struct xhc_device *xhc, int (*send)(struct xhc_device *xhc, u8 *report));
 void xhc_dro_start(struct xhc_device *xhc);
 void xhc_dro_stop(struct xhc_device *xhc);
 struct xhc_display *xhc_dro_want(struct xhc_device *xhc);
