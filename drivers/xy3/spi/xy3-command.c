@@ -12,21 +12,6 @@
 
 #include "xy3-spi.h"
 
-static void xy3_command_put(struct xy3_stream *stream, struct xy3_command *command)
-{
-	struct xy3_queue *queue = xy3_queue(stream);
-
-	if (command && !--command->users)
-		list_add(&command->node, &queue->commands.free);
-}
-
-static void xy3_command_end(struct xy3_stream *stream, struct xy3_command *command, int err)
-{
-	command->err = err;
-	complete_all(&command->done);
-	xy3_command_put(stream, command);
-}
-
 /* ---- the block ---- */
 
 /**
@@ -82,66 +67,6 @@ void xy3_commands_release(struct xy3_stream *stream)
 	guard(spinlock_irqsave)(&stream->lock);
 	xy3_queue(stream)->commands.held = false;
 	xy3_pump(stream, false);
-}
-
-/* ---- for the stream ---- */
-
-/**
- * xy3_next_command() - get the next pending command
- * @stream: the stream
- *
- * Return: the block with the command; NULL without a command, or while none can be sent.
- */
-struct xy3_block *xy3_next_command(struct xy3_stream *stream)
-{
-	struct xy3_commands *commands = &xy3_queue(stream)->commands;
-	struct xy3_block *block = commands->block;
-	struct xy3_command *command;
-
-	if (commands->sending || commands->held)
-		return NULL;
-	command = list_first_entry_or_null(&commands->waiting, struct xy3_command, node);
-	if (!command)
-		return NULL;
-	list_del(&command->node);
-	commands->count--;
-	xy3_forward_has_room(stream->forward);
-	commands->sending = command;
-	xy3_encode_command_scan(&stream->map, command->code, block->data);
-	return block;
-}
-
-/**
- * xy3_command_done() - complete the command that was being sent
- * @stream: the stream
- * @err: 0, or the error if it was not sent
- */
-void xy3_command_done(struct xy3_stream *stream, int err)
-{
-	struct xy3_queue *queue = xy3_queue(stream);
-	struct xy3_command *command = queue->commands.sending;
-
-	queue->commands.sending = NULL;
-	queue->stat[XY3_COMMANDS] += !err;
-	xy3_command_end(stream, command, err);
-}
-
-/**
- * xy3_commands_fail() - drop all pending commands
- * @stream: the stream
- * @err: the reason
- */
-void xy3_commands_fail(struct xy3_stream *stream, int err)
-{
-	struct xy3_commands *commands = &xy3_queue(stream)->commands;
-	struct xy3_command *command, *next;
-
-	list_for_each_entry_safe(command, next, &commands->waiting, node) {
-		list_del(&command->node);
-		xy3_command_end(stream, command, err);
-	}
-	commands->count = 0;
-	xy3_forward_has_room(stream->forward);
 }
 
 /* ---- for the head ---- */

@@ -9,6 +9,7 @@
  * Blocks are queued when something is written and when a message is done.
  */
 
+#include <linux/completion.h>
 #include <linux/dev_printk.h>
 #include <linux/list.h>
 #include <linux/poll.h>
@@ -75,6 +76,71 @@ static struct xy3_block *xy3_next_repeated(struct xy3_stream *stream)
 		xy3_underrun_begins(stream);
 	queue->repeating = true;
 	return block;
+}
+
+/**
+ * xy3_command_put() - stop using a command, which is free after its last user
+ * @stream: the stream
+ * @command: the command, or NULL
+ */
+void xy3_command_put(struct xy3_stream *stream, struct xy3_command *command)
+{
+	struct xy3_queue *queue = xy3_queue(stream);
+
+	if (command && !--command->users)
+		list_add(&command->node, &queue->commands.free);
+}
+
+static void xy3_command_end(struct xy3_stream *stream, struct xy3_command *command, int err)
+{
+	command->err = err;
+	complete_all(&command->done);
+	xy3_command_put(stream, command);
+}
+
+/* The block with the next pending command; NULL without one, or while none can be sent */
+static struct xy3_block *xy3_next_command(struct xy3_stream *stream)
+{
+	struct xy3_commands *commands = &xy3_queue(stream)->commands;
+	struct xy3_block *block = commands->block;
+	struct xy3_command *command;
+
+	if (commands->sending || commands->held)
+		return NULL;
+	command = list_first_entry_or_null(&commands->waiting, struct xy3_command, node);
+	if (!command)
+		return NULL;
+	list_del(&command->node);
+	commands->count--;
+	xy3_forward_has_room(stream->forward);
+	commands->sending = command;
+	xy3_encode_command_scan(&stream->map, command->code, block->data);
+	return block;
+}
+
+/* The command that was being sent is done: @err is the error if it was not sent */
+static void xy3_command_done(struct xy3_stream *stream, int err)
+{
+	struct xy3_queue *queue = xy3_queue(stream);
+	struct xy3_command *command = queue->commands.sending;
+
+	queue->commands.sending = NULL;
+	queue->stat[XY3_COMMANDS] += !err;
+	xy3_command_end(stream, command, err);
+}
+
+/* Drop all pending commands */
+static void xy3_commands_fail(struct xy3_stream *stream, int err)
+{
+	struct xy3_commands *commands = &xy3_queue(stream)->commands;
+	struct xy3_command *command, *next;
+
+	list_for_each_entry_safe(command, next, &commands->waiting, node) {
+		list_del(&command->node);
+		xy3_command_end(stream, command, err);
+	}
+	commands->count = 0;
+	xy3_forward_has_room(stream->forward);
 }
 
 /**

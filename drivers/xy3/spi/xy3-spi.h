@@ -309,6 +309,7 @@ struct xy3_block *xy3_stream_take(struct xy3_stream *stream, size_t scans);
 void xy3_stream_give(struct xy3_stream *stream, struct xy3_block *block);
 
 /* xy3-queue.c */
+void xy3_command_put(struct xy3_stream *stream, struct xy3_command *command);
 void xy3_put_empty(struct xy3_block *block);
 void xy3_drop_written(struct xy3_stream *stream);
 void xy3_stream_fail(struct xy3_stream *stream, int err);
@@ -323,9 +324,6 @@ void xy3_commands_exit(struct xy3_stream *stream);
 int xy3_commands_new_block(struct xy3_stream *stream);
 void xy3_commands_hold(struct xy3_stream *stream);
 void xy3_commands_release(struct xy3_stream *stream);
-struct xy3_block *xy3_next_command(struct xy3_stream *stream);
-void xy3_command_done(struct xy3_stream *stream, int err);
-void xy3_commands_fail(struct xy3_stream *stream, int err);
 int xy3_stream_command(struct xy3_stream *stream, u32 command);
 unsigned int xy3_stream_command_room(struct xy3_stream *stream);
 int xy3_stream_drain(struct xy3_stream *stream);

@@ -60,7 +60,7 @@ MUTATIONS = (
              '\t\tlist_add(&block->node, &stream->full);\n'
              '\telse\n'
              '\t\txy3_block_recycle(block, err);\n\txy3_pump(stream, true);', SIM),
-    Mutation('command inside a block', 'spi/xy3-command.c',
+    Mutation('command inside a block', 'spi/xy3-queue.c',
              '\tcommands->sending = command;\n',
              '\tif (!list_empty(&stream->full) && !stream->word_is_scan) {\n'
              '\t\tblock = list_first_entry(&stream->full, struct xy3_block, node);\n'
