@@ -213,18 +213,6 @@ void xy3_sim_telemetry_work(struct work_struct *work)
 		queue_delayed_work(system_percpu_wq, &sim->work, wait);
 }
 
-/**
- * xy3_sim_telemetry_soon() - start the intervals now
- * @sim: the head; its lock is held
- */
-void xy3_sim_telemetry_soon(struct xy3_sim *sim)
-{
-	sim->telemetry.next_round = jiffies;
-	sim->telemetry.next_sync = jiffies;
-	if (!sim->gone)
-		mod_delayed_work(system_percpu_wq, &sim->work, 0);
-}
-
 static void sim_set_array(struct xy3_sim *sim, enum xy3_sim_array which, const s64 *value,
 			  unsigned int count)
 {

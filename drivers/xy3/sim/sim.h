@@ -15,6 +15,7 @@
 #define XY3_SIM_H
 
 #include <linux/atomic.h>
+#include <linux/jiffies.h>
 #include <linux/mutex.h>
 #include <linux/prandom.h>
 #include <linux/property.h>
@@ -329,6 +330,15 @@ static inline bool xy3_sim_has_lanes(const struct xy3_sim *sim)
 	return sim->config.lanes && sim->config.lanes <= sim->config.lines;
 }
 
+/* Start the intervals of telemetry now. The lock is held. */
+static inline void xy3_sim_telemetry_soon(struct xy3_sim *sim)
+{
+	sim->telemetry.next_round = jiffies;
+	sim->telemetry.next_sync = jiffies;
+	if (!sim->gone)
+		mod_delayed_work(system_percpu_wq, &sim->work, 0);
+}
+
 /* sim-core.c */
 int xy3_sim_new_number(void);
 void xy3_sim_free_number(unsigned int number);
@@ -356,7 +366,6 @@ bool xy3_sim_uart_room(struct xy3_sim *sim);
 /* sim-telemetry.c */
 extern const struct xy3_sim_array_kind xy3_sim_array_kinds[XY3_SIM_ARRAYS];
 void xy3_sim_telemetry_init(struct xy3_sim *sim);
-void xy3_sim_telemetry_soon(struct xy3_sim *sim);
 void xy3_sim_report(struct xy3_sim *sim);
 void xy3_sim_telemetry_work(struct work_struct *work);
 
