@@ -16,8 +16,6 @@
 
 #include "sim.h"
 
-#define SIM_RATE_DEFAULT	115200
-
 static unsigned int heads = 1;
 module_param(heads, uint, 0444);
 MODULE_PARM_DESC(heads, "Number of heads to begin with, 0 to 4 (default: 1)");
@@ -28,80 +26,13 @@ static DEFINE_IDA(sim_numbers);
 
 /* ---- a head ---- */
 
-/**
- * xy3_sim_reset_counts() - reset all counts to 0, and stop recording scans
- * @sim: the head; its lock is held
- */
-void xy3_sim_reset_counts(struct xy3_sim *sim)
-{
-	struct xy3_sim_head *head = &sim->head;
-	struct xy3_sim_uart *uart = &sim->uart;
-
-	for (unsigned int i = 0; i < XY3_SIM_AXES; i++) {
-		struct xy3_sim_axis *axis = &head->axis[i];
-
-		*axis = (struct xy3_sim_axis) {
-			.line = axis->line, .bits = axis->bits, .code = axis->code,
-		};
-	}
-	head->scans = 0;
-	head->short_gaps = 0;
-	head->stalled_frames = 0;
-	head->stray_clocks = 0;
-	head->gate_scans = 0;
-	head->gate_torn = 0;
-	head->gate_commands = 0;
-	head->commands = 0;
-	head->unknown_commands = 0;
-	sim->bus = (struct xy3_sim_bus) { };
-	uart->openings = 0;
-	uart->packets = 0;
-	uart->bytes = 0;
-	uart->damaged_packets = 0;
-	uart->garbled_packets = 0;
-	uart->silenced_packets = 0;
-	uart->held_back = 0;
-	uart->lost_bytes = 0;
-	atomic64_set(&uart->written_bytes, 0);
-	for (unsigned int i = 0; i < XY3_SIM_FAULTS; i++)
-		atomic_set(&sim->fault_count[i], 0);
-	sim->frames = 0;
-	sim->message = 0;
-	xy3_sim_record_start(sim, 0, false);
-}
-
-/**
- * xy3_sim_power_cycle() - the head loses its state and its counts
- * @sim: the head; its lock is held
- */
-void xy3_sim_power_cycle(struct xy3_sim *sim)
-{
-	struct xy3_sim_head *head = &sim->head;
-
-	xy3_sim_reset_counts(sim);
-	for (unsigned int i = 0; i < XY3_SIM_AXES; i++) {
-		head->axis[i].bits = 0;
-		head->axis[i].code = 0;
-	}
-	head->inside = false;
-	head->stalled = false;
-	head->clocks = 0;
-	head->gap = XY3_SIM_GAP_CLOCKS;
-	head->autocalib = 0;
-	head->temp_comp = 0;
-	head->calibrated = 0;
-	head->referenced = 0;
-	head->rate = SIM_RATE_DEFAULT;
-	xy3_sim_telemetry_soon(sim);
-}
-
 static void sim_init(struct xy3_sim *sim)
 {
 	mutex_init(&sim->lock);
 	sim->realtime = sim->config.realtime;
 	prandom_seed_state(&sim->random, sim->config.seed + sim->number);
 	xy3_sim_head_wire(sim, sim->config.lines, sim->config.signal);
-	sim->head.rate = SIM_RATE_DEFAULT;
+	sim->head.rate = XY3_SIM_RATE_DEFAULT;
 	xy3_sim_telemetry_init(sim);
 }
 

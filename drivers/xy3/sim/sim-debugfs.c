@@ -5,6 +5,7 @@
  * One table of files; each shows text, accepts text, or both. Faults are numbers in faults/.
  */
 
+#include <linux/atomic.h>
 #include <linux/cleanup.h>
 #include <linux/debugfs.h>
 #include <linux/err.h>
@@ -139,12 +140,73 @@ static int sim_signals_store(struct xy3_sim *sim, char *text, unsigned int index
 	return xy3_sim_record_start(sim, 0, false);
 }
 
+/* Reset all counts to 0, and stop recording scans */
+static void sim_reset_counts(struct xy3_sim *sim)
+{
+	struct xy3_sim_head *head = &sim->head;
+	struct xy3_sim_uart *uart = &sim->uart;
+
+	for (unsigned int i = 0; i < XY3_SIM_AXES; i++) {
+		struct xy3_sim_axis *axis = &head->axis[i];
+
+		*axis = (struct xy3_sim_axis) {
+			.line = axis->line, .bits = axis->bits, .code = axis->code,
+		};
+	}
+	head->scans = 0;
+	head->short_gaps = 0;
+	head->stalled_frames = 0;
+	head->stray_clocks = 0;
+	head->gate_scans = 0;
+	head->gate_torn = 0;
+	head->gate_commands = 0;
+	head->commands = 0;
+	head->unknown_commands = 0;
+	sim->bus = (struct xy3_sim_bus) { };
+	uart->openings = 0;
+	uart->packets = 0;
+	uart->bytes = 0;
+	uart->damaged_packets = 0;
+	uart->garbled_packets = 0;
+	uart->silenced_packets = 0;
+	uart->held_back = 0;
+	uart->lost_bytes = 0;
+	atomic64_set(&uart->written_bytes, 0);
+	for (unsigned int i = 0; i < XY3_SIM_FAULTS; i++)
+		atomic_set(&sim->fault_count[i], 0);
+	sim->frames = 0;
+	sim->message = 0;
+	xy3_sim_record_start(sim, 0, false);
+}
+
+/* The head loses its state and its counts */
+static void sim_power_cycle(struct xy3_sim *sim)
+{
+	struct xy3_sim_head *head = &sim->head;
+
+	sim_reset_counts(sim);
+	for (unsigned int i = 0; i < XY3_SIM_AXES; i++) {
+		head->axis[i].bits = 0;
+		head->axis[i].code = 0;
+	}
+	head->inside = false;
+	head->stalled = false;
+	head->clocks = 0;
+	head->gap = XY3_SIM_GAP_CLOCKS;
+	head->autocalib = 0;
+	head->temp_comp = 0;
+	head->calibrated = 0;
+	head->referenced = 0;
+	head->rate = XY3_SIM_RATE_DEFAULT;
+	xy3_sim_telemetry_soon(sim);
+}
+
 static int sim_reset_store(struct xy3_sim *sim, char *text, unsigned int index)
 {
 	if (!strcmp(text, "counts"))
-		xy3_sim_reset_counts(sim);
+		sim_reset_counts(sim);
 	else if (!strcmp(text, "power"))
-		xy3_sim_power_cycle(sim);
+		sim_power_cycle(sim);
 	else
 		return -EINVAL;
 	return 0;

@@ -10,6 +10,7 @@
 
 #include "sim-config.h"
 
+#define XY3_SIM_RATE_DEFAULT	115200	/* of the backchannel in bit/s */
 #define XY3_SIM_CLOCKS_MAX	32	/* stored clocks of a frame */
 #define XY3_SIM_GAP_CLOCKS	2	/* minimum clocks of SYNC between frames if it is a line */
 #define XY3_SIM_COMMANDS	16	/* commands in the log */

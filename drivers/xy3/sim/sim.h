@@ -344,8 +344,6 @@ int xy3_sim_new_number(void);
 void xy3_sim_free_number(unsigned int number);
 struct platform_device *xy3_sim_add(const struct xy3_sim_config *config, unsigned int number);
 void xy3_sim_remove(struct platform_device *pdev);
-void xy3_sim_reset_counts(struct xy3_sim *sim);
-void xy3_sim_power_cycle(struct xy3_sim *sim);
 
 /* sim-bus.c */
 int xy3_sim_message(struct spi_controller *controller, struct spi_message *message);
