@@ -12,9 +12,6 @@
 #define XY3_SIM_SIGNALS_MAX	48	/* of the text with their names */
 #define XY3_SIM_NAME_MAX	32	/* of drivers and devices, as in the SPI core */
 
-struct config_item;
-struct configfs_attribute;
-
 /**
  * enum xy3_sim_framing - the signal used as SYNC
  * @XY3_SIM_FRAMING_CS: the chip select
@@ -145,11 +142,40 @@ struct xy3_sim_config {
 	unsigned int seed;
 };
 
-struct xy3_sim_setting;
+/**
+ * enum xy3_sim_kind - the kinds of settings
+ * @XY3_SIM_KIND_NUMBER: a number
+ * @XY3_SIM_KIND_FLAG: yes or no
+ * @XY3_SIM_KIND_CHOICE: one of several names
+ * @XY3_SIM_KIND_TEXT: a text
+ */
+enum xy3_sim_kind {
+	XY3_SIM_KIND_NUMBER,
+	XY3_SIM_KIND_FLAG,
+	XY3_SIM_KIND_CHOICE,
+	XY3_SIM_KIND_TEXT,
+};
+
+/**
+ * struct xy3_sim_setting - a setting
+ * @kind: the type of its member in struct xy3_sim_config
+ * @offset: offset of the member
+ * @size: size of the member
+ * @min: lowest number
+ * @max: highest number, or number of names
+ * @names: of a choice
+ */
+struct xy3_sim_setting {
+	enum xy3_sim_kind kind;
+	size_t offset;
+	size_t size;
+	unsigned int min;
+	unsigned int max;
+	const char * const *names;
+};
 
 /* sim-config.c */
 extern struct xy3_sim_config xy3_sim_defaults;
-extern struct configfs_attribute *xy3_sim_config_attrs[];
 int xy3_sim_setting_parse(const struct xy3_sim_setting *setting, struct xy3_sim_config *config,
 			  const char *text);
 int xy3_sim_setting_print(const struct xy3_sim_setting *setting,
@@ -159,13 +185,6 @@ int xy3_sim_parse_signals(const char *text, unsigned int lines, u8 *signal);
 const char *xy3_sim_signal_name(u8 signal);
 
 /* sim-configfs.c */
-ssize_t xy3_sim_configfs_show(struct config_item *item, const struct xy3_sim_setting *setting,
-			      char *page);
-ssize_t xy3_sim_configfs_store(struct config_item *item, const struct xy3_sim_setting *setting,
-			       const char *page, size_t count);
-ssize_t xy3_sim_number_show(struct config_item *item, char *page);
-ssize_t xy3_sim_live_show(struct config_item *item, char *page);
-ssize_t xy3_sim_live_store(struct config_item *item, const char *page, size_t count);
 int xy3_sim_configfs_init(void);
 void xy3_sim_configfs_exit(void);
 
