@@ -176,3 +176,15 @@ def test_stream_without_root():
         head.check_record(data.tobytes())
         with member(), head.streaming(), open(head.buffer, 'wb', buffering=0) as file:
             assert file.write(data) == 4 * len(data)
+
+
+def test_gate_without_root():
+    """A line map with a gate has one more channel; root writes it, and the IIO device is new."""
+    with VirtualHead(lines=4, framing='line', signals='sync,x,y,gate') as head:
+        write_file(head.spi + '/line_map', 'sync x y gate')
+        head.wait_bound()
+        check_head(head)
+        with member():
+            head.set('scan_elements/out_voltage0_en', 1)
+            with head.streaming(), open(head.buffer, 'wb', buffering=0) as file:
+                assert file.write(array.array('I', (1, 2, 1))) == 12
