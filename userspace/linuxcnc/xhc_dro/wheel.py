@@ -13,10 +13,13 @@ JOGS = tuple('%s-%s' % (way, axis) for axis in AXES for way in ('plus', 'minus')
 MILLIMETRES = (0.001, 0.01, 0.1, 1.0)
 INCHES = (0.0001, 0.001, 0.01, 0.1)
 GOES_ON = 0.25              # seconds from one detent to the next in which the wheel is turning
-# Of a WHB04B's second rotary; at Lead nothing moves. In MPG a detent is a part of 0.1.
+# Of a WHB04B's second rotary, in millimetres or degrees; at Lead nothing moves. In inches a step is
+# what the position's label shows, up to 0.1; 1, 5 and 10 inches per detent are a hazard.
 ROTARY_STEPS = {1: 0.001, 2: 0.01, 3: 0.1, 4: 1.0, 5: 5.0, 6: 10.0}
+ROTARY_INCHES = {1: 0.001, 2: 0.01, 3: 0.1}
 ROTARY_PERCENT = {1: 2, 2: 5, 3: 10, 4: 30, 5: 60, 6: 100}
-MPG_LENGTH = 0.1
+MPG_LENGTH = 0.1            # of a detent at 100 percent
+MPG_INCHES = 0.004
 FILTERED = 1000             # counts of a detent behind a filter, see xhc.tcl
 
 
@@ -71,12 +74,14 @@ class Wheel:
         if name in ('step', 'mode'):
             self.way = 0        # what was turned in one mode moves nothing in the next
 
-    def _step(self, rotary):
+    def _step(self, rotary, axis):
         if not self.has_rotary:
             return self.lengths[self.index]
+        inches = self.inch and axis not in ANGULAR
         if self.mode == 'mpg':
-            return MPG_LENGTH * ROTARY_PERCENT.get(rotary, 0) / 100
-        return ROTARY_STEPS.get(rotary, 0.0)
+            length = MPG_INCHES if inches else MPG_LENGTH
+            return length * ROTARY_PERCENT.get(rotary, 0) / 100
+        return (ROTARY_INCHES if inches else ROTARY_STEPS).get(rotary, 0.0)
 
     def _percent(self, rotary):
         if self.has_rotary:
@@ -96,14 +101,15 @@ class Wheel:
             self.ends = now + GOES_ON
         elif now >= self.ends:
             self.way = 0
-        step, percent = self._step(rotary), self._percent(rotary)
+        percent = self._percent(rotary)
         if not percent:
             self.way = 0
         found = dict.fromkeys(JOGS, False)
         found.update({'mode-' + mode: mode == self.mode for mode in MODES})
         found['detents'] = self.mode != 'continuous'
-        found['step'] = step
-        found.update({'step-' + each: step * self.scales[each] for each in AXES})
+        found['step'] = self._step(rotary, axis or 'x')
+        found.update({'step-' + each: self._step(rotary, each) * self.scales[each]
+                      for each in AXES})
         found['jog-speed'] = 0.0
         if axis:
             found['jog-speed'] = 60 * limits[axis in ANGULAR] * percent / 100

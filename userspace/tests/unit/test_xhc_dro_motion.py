@@ -68,13 +68,20 @@ class TestWheel:
         assert self.found['step'] == 1
         assert self.found['step-' + axis] == pytest.approx(length)
 
-    @pytest.mark.parametrize('rotary, step, mpg', [
-        (1, 0.001, 0.002), (2, 0.01, 0.005), (3, 0.1, 0.01), (4, 1, 0.03), (5, 5, 0.06),
-        (6, 10, 0.1), (7, 0, 0), (0, 0, 0)])
-    def test_rotary(self, rotary, step, mpg):
-        for mode, length in (('step', step), ('mpg', mpg)):
-            self.at(self.made(mode=mode), rotary=rotary)
-            assert self.found['step-x'] == pytest.approx(length)
+    @pytest.mark.parametrize('rotary, step, mpg, inches, mpg_inches', [
+        (1, 0.001, 0.002, 0.001, 0.00008), (2, 0.01, 0.005, 0.01, 0.0002),
+        (3, 0.1, 0.01, 0.1, 0.0004), (4, 1, 0.03, 0, 0.0012), (5, 5, 0.06, 0, 0.0024),
+        (6, 10, 0.1, 0, 0.004), (7, 0, 0, 0, 0), (0, 0, 0, 0, 0)])
+    def test_rotary(self, rotary, step, mpg, inches, mpg_inches):
+        """In an inch machine no detent moves farther than 0.1 inches; degrees stay degrees."""
+        for unit, mode, length, angle in (('mm', 'step', step, step), ('mm', 'mpg', mpg, mpg),
+                                          ('inch', 'step', inches, step),
+                                          ('inch', 'mpg', mpg_inches, mpg)):
+            for axis, wanted in (('x', length), ('b', angle)):
+                self.at(self.made(mode=mode, LINEAR_UNITS=unit), axis=axis, rotary=rotary)
+                assert self.found['step'] == pytest.approx(wanted)
+                assert self.found['step-x'] == pytest.approx(length)
+                assert self.found['step-b'] == pytest.approx(angle)
 
     def test_as_long_as_it_turns(self):
         made = self.made(mode='continuous')
