@@ -34,8 +34,9 @@ def texts(values, options, display):
     return hb_texts(values, options.unit or values['unit'], display.available)
 
 
-# Of a model: the text that attributes take, and whether a second rotary has the steps
-MODELS = {'hb04': (texts, False), 'whb04b': (whb04b.texts, True)}
+# Of --model: the text that attributes take, whether a second rotary has the steps, and the models
+# of the driver
+MODELS = {'hb04': (texts, False, ('HB03', 'HB04')), 'whb04b': (whb04b.texts, True, ('WHB04B',))}
 
 
 class Component:
@@ -45,7 +46,7 @@ class Component:
         self.options = options
         self.say = say
         self.where = where
-        self.texts, has_rotary = MODELS[options.model]
+        self.texts, has_rotary, self.models = MODELS[options.model]
         self.tables = keys.shipped()
         self.table = self._owners_table(linuxcnc)
         self.wheel = Wheel(linuxcnc, has_rotary, options.filtered)
@@ -149,7 +150,7 @@ class Component:
             return
         self.next_search = time.monotonic() + SEARCH
         if not self.display:
-            path = find(self.options.phys, **self.where)
+            path = find(self.models, self.options.phys, **self.where)
             if not path:
                 return
             self.display = Display(path, self.say)
@@ -164,10 +165,8 @@ class Component:
                 self.say('%s: %s' % (self.display.path, error.strerror))
                 self.found_at = None        # once
             return
-        # the names in sysfs are bus:vendor:product.number
-        product = os.path.basename(self.display.path)[10:14]
         default = 'whb04b' if self.wheel.has_rotary else 'hb04-18'
-        name = keys.TABLES.get(product, default)
+        name = keys.TABLES.get(self.display.model, default)
         self.positions = POSITIONS_HB03 if name == 'hb03' else POSITIONS
         table = self.tables[name] if self.table is None else self.table
         self.keys = keys.Keys(table, self.events.down)

@@ -13,17 +13,27 @@ GREATEST = 65535
 UDEV_TIME = 5.0             # seconds until the group may write, at the latest
 
 
-def find(phys=None, driver=DRIVER):
-    """The directory of the pendant whose HID_PHYS is `phys`, or of the first; None without one."""
+def find(models, phys=None, driver=DRIVER):
+    """The directory of the first pendant of one of these models, with `phys` of that whose HID_PHYS
+    this is; None without one.
+    """
     try:
         names = sorted(os.listdir(driver))
     except OSError:
         return None
     for name in names:
         path = os.path.join(driver, name)
-        if os.path.isdir(path + '/dro') and phys in (None, _phys(path)):
+        if os.path.isdir(path + '/dro') and _model(path) in models and phys in (None, _phys(path)):
             return path
     return None
+
+
+def _model(path):
+    try:
+        with open(path + '/model', encoding='ascii') as file:
+            return file.read().strip()
+    except OSError:
+        return None             # it was unplugged in the meantime
 
 
 def _phys(path):
@@ -91,6 +101,7 @@ class Display:
 
     def __init__(self, path, say):
         self.path = path
+        self.model = _model(path)
         self.say = say
         self.files = {}
         self.shown = {}

@@ -5,7 +5,7 @@ import os
 import re
 
 HERE = os.path.dirname(os.path.realpath(__file__))
-TABLES = {'EB6E': 'hb03', 'EB70': 'hb04-18', 'EB93': 'whb04b'}      # of a product
+TABLES = {'HB03': 'hb03', 'HB04': 'hb04-18', 'WHB04B': 'whb04b'}    # of a model
 LAST = 0x1e
 NOTHING = '-'
 STOPS = ('stop', 'reset')

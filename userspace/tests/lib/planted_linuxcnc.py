@@ -14,6 +14,7 @@ sys.path.insert(0, PRODUCT)
 
 from xhc_sim.models import STEPS  # noqa: E402
 
+MODELS = {'EB6E': 'HB03', 'EB70': 'HB04', 'EB93': 'WHB04B'}     # by product
 ATTRIBUTES = ('position', 'feedrate_override', 'spindle_override', 'feedrate', 'spindle_speed',
               'step', 'state')
 
@@ -103,13 +104,15 @@ class Case(case.Case):
         self.add_cleanup(shutil.rmtree, self.driver)
         self.said = []
 
-    def plug(self, name='0003:10CE:EB70.0001', phys='usb-1/input0'):
+    def plug(self, name='0003:10CE:EB70.0001', phys='usb-1/input0', model=None):
+        """`model` is that of a clone, whose product has none."""
         path = os.path.join(self.driver, name)
         os.makedirs(path + '/dro')
         for attribute in ATTRIBUTES:
             self.put(path + '/dro/' + attribute, '')
         self.put(path + '/dro/step_available', ' '.join(map(str, STEPS.values())) + '\n')
         self.put(path + '/uevent', 'HID_NAME=x\nHID_PHYS=%s\n' % phys)
+        self.put(path + '/model', (model or MODELS[name[10:14]]) + '\n')
         return path
 
     @staticmethod

@@ -111,6 +111,12 @@ class TestComponent(Case):
         assert self.hands.paths == [second]
         assert (self.get(first, 'feedrate'), self.get(second, 'feedrate')) == ('', '120')
 
+    @pytest.mark.parametrize('model, used', [('hb04', 0), ('whb04b', 1)])
+    def test_of_the_model(self, model, used):
+        paths = self.plug(), self.plug('0003:10CE:EB93.0002', 'usb-2/input0')
+        assert self.turn(self.start('--model', model))
+        assert self.hands.paths == [paths[used]]
+
     def test_what_it_was_is_gone_with_it(self):
         """Keys, selector and jogs, for any order in which the kernel removes its nodes"""
         for of_the_node in (True, False):
@@ -203,11 +209,12 @@ class TestComponent(Case):
         rows = self.get(path, 'position').split()
         assert rows == [first, '2.5000', '3.5000'] * 2
 
-    @pytest.mark.parametrize('product_id, on', [('EB70', {'select-a'}), ('EB6E', set())])
-    def test_the_speed_of_an_hb03(self, product_id, on):
+    @pytest.mark.parametrize('product_id, model, on', [
+        ('EB70', None, {'select-a'}), ('EB6E', None, set()), ('EB00', 'HB03', set())])
+    def test_the_speed_of_an_hb03(self, product_id, model, on):
         """It is at the position of A on an HB04, and must not move A."""
         made = self.start(COORDINATES='XYZA', MODE='continuous')
-        self.plug('0003:10CE:%s.0001' % product_id)
+        self.plug('0003:10CE:%s.0001' % product_id, model=model)
         self.hands.selector, self.hands.detents = 4, 1
         self.turn(made)
         assert self.on() == on and made.pins['plus-a'] == bool(on)
@@ -438,6 +445,7 @@ class TestComponent(Case):
         for attribute in ('rows', 'mode', 'coordinates', 'reset', 'feedrate_override',
                           'spindle_override'):
             self.put(path + '/dro/' + attribute, '')
+        self.put(path + '/model', 'WHB04B\n')
         for number, axis in enumerate('xyzabc', 1):
             made.pins['work-' + axis] = number + 0.5
             made.pins['machine-' + axis] = -number

@@ -53,14 +53,26 @@ class TestTexts:
 
 class TestFind(Case):
     def test_it(self):
-        assert display.find(driver=self.driver + '/none') is None
+        models = ('HB03', 'HB04')
+        assert display.find(models, driver=self.driver + '/none') is None
         os.makedirs(self.driver + '/module')
-        assert display.find(driver=self.driver) is None
+        assert display.find(models, driver=self.driver) is None
         first = self.plug()
         second = self.plug('0003:10CE:EB70.0002', 'usb-2/input0')
-        assert display.find(driver=self.driver) == first
-        assert display.find('usb-2/input0', self.driver) == second
-        assert display.find('usb-3/input0', self.driver) is None
+        assert display.find(models, driver=self.driver) == first
+        assert display.find(models, 'usb-2/input0', self.driver) == second
+        assert display.find(models, 'usb-3/input0', self.driver) is None
+
+    def test_other_models(self):
+        """The order in the folder of the driver has no effect; a clone is bound as a model."""
+        hb04 = self.plug()
+        assert display.find(('WHB04B',), driver=self.driver) is None
+        assert display.find(('WHB04B',), 'usb-1/input0', self.driver) is None
+        whb04b = self.plug('0003:10CE:EB93.0002')
+        clone = self.plug('0003:10CE:%s.0003' % 'EB00', 'usb-3/input0', 'HB03')
+        assert display.find(('HB03', 'HB04'), driver=self.driver) == clone
+        assert display.find(('HB04',), driver=self.driver) == hb04
+        assert display.find(('WHB04B',), driver=self.driver) == whb04b
 
 
 class TestDisplay(Case):
