@@ -162,6 +162,33 @@ proc xhc::acceleration {} {
 	}
 }
 
+# The greatest velocities of linear and angular axes, for the mode continuous; without one, xhc-dro
+# has that of the axis
+proc xhc::velocities {} {
+	foreach {pin name axes} {
+		max-velocity MAX_LINEAR_VELOCITY {X Y Z}
+		max-angular-velocity MAX_ANGULAR_VELOCITY {A B C}
+	} {
+		set found ""
+		# stepconf writes that of angular axes for the screen only
+		foreach section {DISPLAY TRAJ} {
+			if {[info exists ::${section}($name)]} {
+				set found [lindex [set ::${section}($name)] 0]
+				hal setp xhc-dro.$pin $found
+			}
+		}
+		foreach letter $axes {
+			# HAL has pins of axes that the machine lacks
+			if {$found == "" && ![info exists ::AXIS_${letter}(MAX_VELOCITY)] &&
+					[info exists ::TRAJ(COORDINATES)] &&
+					[regexp -nocase $letter [join $::TRAJ(COORDINATES)]]} {
+				puts stderr "xhc.tcl: in the mode continuous axis $letter does not move:\
+the ini has neither \[TRAJ\]$name nor \[AXIS_$letter\]MAX_VELOCITY"
+			}
+		}
+	}
+}
+
 proc xhc::load {component words} {
 	if {[lsearch -exact [hal list comp] $component] >= 0} {
 		fail "another file loads $component: add these names there, \
@@ -210,14 +237,7 @@ proc xhc::add {model override} {
 		set filtered [list --filtered [string tolower [join [array names smooth] ""]]]
 	}
 	hal loadusr -W xhc-dro --model $model {*}$phys {*}$filtered
-	foreach {pin name} {max-velocity MAX_LINEAR_VELOCITY max-angular-velocity MAX_ANGULAR_VELOCITY} {
-		# stepconf writes that of angular axes for the screen only
-		foreach section {DISPLAY TRAJ} {
-			if {[info exists ::${section}($name)]} {
-				hal setp xhc-dro.$pin [lindex [set ::${section}($name)] 0]
-			}
-		}
-	}
+	velocities
 	run xhc-dro.hal
 	acceleration
 	hal setp halui.feed-override.scale $override

@@ -48,9 +48,11 @@ class Wheel:
         if words:
             self.lengths = tuple(finite(word) for word in words.split())
         self.has_a = 'A' in (find('TRAJ', 'COORDINATES') or '').upper()
+        self.velocities = {}    # where the ini has no greatest velocity of all linear axes
         self.scales = {}
         self.signs = {}
         for axis in AXES:
+            self.velocities[axis] = finite(find('AXIS_' + axis.upper(), 'MAX_VELOCITY') or 0)
             scale = finite(find('XHC', 'SCALE_' + axis.upper()) or find('XHC', 'SCALE') or 1)
             self.scales[axis] = scale / FILTERED if axis in filtered else scale
             self.signs[axis] = -1 if scale < 0 else 1
@@ -90,7 +92,7 @@ class Wheel:
 
     def turn(self, detents, axis, rotary, limits, now):
         """One round -> {pin: value}. `axis` is the selected one, or None; `limits` are the greatest
-        velocities of linear and angular axes.
+        velocities of linear and angular axes, 0 where the ini has none.
         """
         if axis != self.axis:
             self.way = 0        # what was turned for one axis moves no other
@@ -112,7 +114,8 @@ class Wheel:
                       for each in AXES})
         found['jog-speed'] = 0.0
         if axis:
-            found['jog-speed'] = 60 * limits[axis in ANGULAR] * percent / 100
+            limit = limits[axis in ANGULAR] or self.velocities[axis]
+            found['jog-speed'] = 60 * limit * percent / 100
         if self.mode == 'continuous' and axis and percent and self.way:
             found['%s-%s' % ('plus' if self.way * self.signs[axis] > 0 else 'minus', axis)] = True
         return found

@@ -268,11 +268,21 @@ class TestSettings(Case):
         self.turn(2)
         self.mill.wait(lambda: abs(float(pin('joint.1.pos-fb')) - 2) < 0.01)
 
-    def test_velocity_and_continuous(self):
-        """MPG: motion ends with the wheel's. Continuous: it goes on while the wheel turns."""
+    @pytest.mark.parametrize('velocities', ['all', 'axes'])
+    def test_velocity_and_continuous(self, velocities):
+        """MPG: motion ends with the wheel's. Continuous: it goes on while the wheel turns, also if
+        the ini has only the velocities of axes.
+        """
+        lacks = {'\nMAX_LINEAR_VELOCITY = 50\nINCREMENTS': '\nINCREMENTS',
+                 'degree\nMAX_LINEAR_VELOCITY = 50\n': 'degree\n',
+                 '[AXIS_Y]\nMAX_VELOCITY = 50\n': '[AXIS_Y]\n'} if velocities == 'axes' else {}
         with open('/run/mine.keys', 'w', encoding='ascii') as file:
             file.write('03 mode\n09 home\n0d step-up\n')
-        self.start(Machine.of_our_own(settings='MODE = mpg\nSTEPS = 1 10\nKEYS = /run/mine.keys\n'))
+        self.start(Machine.of_our_own(
+            settings='MODE = mpg\nSTEPS = 1 10\nKEYS = /run/mine.keys\n', **lacks))
+        assert self.mill.said().count('in the mode continuous axis') == (velocities == 'axes')
+        assert ('axis Y does not move: the ini has neither [TRAJ]MAX_LINEAR_VELOCITY nor '
+                '[AXIS_Y]MAX_VELOCITY' in self.mill.said()) == (velocities == 'axes')
         self.mill.switch_on()
         self.mill.home(2)
         assert all(is_true(name + '.jog-vel-mode') for name in ('axis.x', 'joint.2', 'axis.z'))

@@ -36,16 +36,16 @@ class TestWheel:
     @staticmethod
     def made(has_rotary=True, mode='step', filtered='', **texts):
         mill = Linuxcnc()
-        mill.texts = {('TRAJ' if name == 'LINEAR_UNITS' else 'XHC', name): text
-                      for name, text in texts.items()}
+        sections = {'LINEAR_UNITS': 'TRAJ', 'MAX_VELOCITY': 'AXIS_Y'}
+        mill.texts = {(sections.get(name, 'XHC'), name): text for name, text in texts.items()}
         with mock.patch.dict(os.environ, INI_FILE_NAME='mill.ini'):
             made = wheel.Wheel(mill, has_rotary, filtered)
         made.mode = mode
         return made
 
-    def at(self, made, now=0.0, detents=0, axis='x', rotary=4):
+    def at(self, made, now=0.0, detents=0, axis='x', rotary=4, limits=(50.0, 20.0)):
         """-> the jog pins that are on"""
-        self.found = made.turn(detents, axis, rotary, (50.0, 20.0), now)
+        self.found = made.turn(detents, axis, rotary, limits, now)
         return {name for name in wheel.JOGS if self.found[name]}
 
     @pytest.mark.parametrize('texts, lengths, unit', [
@@ -139,6 +139,13 @@ class TestWheel:
         self.at(self.made(mode='continuous'), **at)
         assert self.found['jog-speed'] == speed
         assert not self.found['detents']
+
+    @pytest.mark.parametrize('limits, axis, speed', [
+        ((50, 0), 'y', 3000), ((0, 0), 'y', 1800), ((0, 0), 'x', 0)])
+    def test_speed_of_the_axis(self, limits, axis, speed):
+        """[AXIS_Y]MAX_VELOCITY is for an ini without MAX_LINEAR_VELOCITY."""
+        self.at(self.made(mode='continuous', MAX_VELOCITY='30'), axis=axis, rotary=6, limits=limits)
+        assert self.found['jog-speed'] == speed
 
     def test_speed_without_a_rotary(self):
         """Proportional to the position of the step among all steps"""
