@@ -2,12 +2,14 @@
 """The command line of xhc-dro."""
 
 import argparse
+import os
 import re
 import signal
 import sys
 
 from . import VERSION
 from .component import MODELS, Component
+from .settings import check
 
 FAILURE = 1
 HALUI_DIES = re.compile(r'2\.9\.[56]\b')
@@ -61,6 +63,8 @@ def main(arguments=None):
         say('halui of LinuxCNC %s does nothing any more after an MDI_COMMAND of [HALUI]: another '
             'version is required for keys that stop' % linuxcnc.version)
     try:
+        if 'INI_FILE_NAME' in os.environ:
+            check(os.environ['INI_FILE_NAME'])
         component = Component(hal, linuxcnc, options, say)
     except (hal.error, OSError, ValueError) as error:
         say(str(error))

@@ -77,7 +77,12 @@ class Component:
         """[XHC]KEYS of the ini; None without it"""
         ini = os.environ.get('INI_FILE_NAME')
         name = linuxcnc.ini(ini).find('XHC', 'KEYS') if ini else None
-        return keys.read(keys.find(name, os.path.dirname(ini))) if name else None
+        if not name:
+            return None
+        try:
+            return keys.read(keys.find(name, os.path.dirname(ini)))
+        except OSError as error:
+            raise ValueError('[XHC]KEYS: %s: %s' % (name, error.strerror)) from error
 
     def turn(self):
         """One round. The pin `connected` comes first: a wheel that is gone must not jog."""

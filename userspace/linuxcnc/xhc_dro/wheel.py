@@ -3,8 +3,9 @@
 moves as long as the wheel turns.
 """
 
-import math
 import os
+
+from .settings import number
 
 AXES = 'xyzabc'
 ANGULAR = 'abc'
@@ -23,14 +24,6 @@ MPG_INCHES = 0.004
 FILTERED = 1000             # counts of a detent behind a filter, see xhc.tcl
 
 
-def finite(text):
-    """A position that is no number would be commanded without an error."""
-    value = float(text)
-    if not math.isfinite(value):
-        raise ValueError('%s in [XHC] is not a number that a step can have' % text)
-    return value
-
-
 class Wheel:
     """From the ini: the machine's unit, and [XHC]STEPS, if they are not those of the unit; of each
     axis SCALE_X and so on, a factor of its steps. `filtered` are the axes behind a filter.
@@ -46,14 +39,18 @@ class Wheel:
         self.lengths = INCHES if self.inch else MILLIMETRES
         words = find('XHC', 'STEPS')
         if words:
-            self.lengths = tuple(finite(word) for word in words.split())
+            self.lengths = tuple(number('STEPS', word) for word in words.split())
+            if min(self.lengths) <= 0:
+                raise ValueError('[XHC]STEPS: a step must be above 0')
         self.has_a = 'A' in (find('TRAJ', 'COORDINATES') or '').upper()
         self.velocities = {}    # where the ini has no greatest velocity of all linear axes
         self.scales = {}
         self.signs = {}
         for axis in AXES:
-            self.velocities[axis] = finite(find('AXIS_' + axis.upper(), 'MAX_VELOCITY') or 0)
-            scale = finite(find('XHC', 'SCALE_' + axis.upper()) or find('XHC', 'SCALE') or 1)
+            self.velocities[axis] = float(find('AXIS_' + axis.upper(), 'MAX_VELOCITY') or 0)
+            scale = 1.0
+            for name in ('SCALE', 'SCALE_' + axis.upper()):
+                scale = number(name, find('XHC', name) or scale)
             self.scales[axis] = scale / FILTERED if axis in filtered else scale
             self.signs[axis] = -1 if scale < 0 else 1
         self.index = 0

@@ -495,13 +495,33 @@ class TestProgram:
         assert status == 0 and len(said) == named
         assert not named or version in said[0]
 
-    def test_an_ini_that_is_wrong(self):
-        with mock.patch.dict(os.environ, INI_FILE_NAME='/none/mill.ini'):
-            for name, text in (('KEYS', 'none.keys'), ('MODE', 'fast'), ('STEPS', 'one'),
-                               ('STEPS', '0.1 nan'), ('STEPS', 'inf'), ('SCALE', 'nan'),
-                               ('SCALE_Z', '-inf')):
-                status, said = self.main(texts={('XHC', name): text})
-                assert status == 1 and len(said) == 1
+    @pytest.mark.parametrize('name, text, message', [
+        ('KEYS', 'none.keys', '[XHC]KEYS: none.keys: No such file or directory'),
+        ('MODE', 'fast', '[XHC]MODE is fast, and none of step, continuous, mpg'),
+        ('STEPS', '0,005', '[XHC]STEPS: 0,005 is not a number'),
+        ('STEPS', '0.1 nan', '[XHC]STEPS: nan is not a number'),
+        ('STEPS', 'inf', '[XHC]STEPS: inf is not a number'),
+        ('STEPS', '0.1 0', '[XHC]STEPS: a step must be above 0'),
+        ('STEPS', '-0.1', '[XHC]STEPS: a step must be above 0'),
+        ('SCALE', 'nan', '[XHC]SCALE: nan is not a number'),
+        ('SCALE_Z', '-inf', '[XHC]SCALE_Z: -inf is not a number')])
+    def test_an_ini_that_is_wrong(self, name, text, message):
+        with mock.patch.dict(os.environ, INI_FILE_NAME='/dev/null'):
+            assert self.main(texts={('XHC', name): text}) == (1, [message])
+
+    @pytest.mark.parametrize('name', ['KEYS', 'MODE', 'STEPS', 'SCALE', 'SCALE_X', 'PROBE_Z',
+                                      'REWIND', 'MACRO_12'])
+    def test_a_second_section(self, name, tmp_path):
+        """xhc-dro reads only the first of the name; xhc.tcl reads FILTER and others from all."""
+        ini = tmp_path / 'mill.ini'
+        ini.write_text('[XHC]\n%s = 1\n[TRAJ]\n%s = 2\n [XHC] # more\nFILTER = 0.1\nPHYS = x\n'
+                       '#%s = 3\n' % (name, name, name), encoding='ascii')
+        with mock.patch.dict(os.environ, INI_FILE_NAME=str(ini)):
+            assert self.main() == (0, [])
+            with ini.open('a', encoding='ascii') as file:
+                file.write(' %s=4\n' % name)
+            assert self.main() == (1, [
+                '[XHC]%s is in a second section [XHC]: move it to the first' % name])
 
 
 class TestFiles(Case):
