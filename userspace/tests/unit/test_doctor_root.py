@@ -459,6 +459,20 @@ class TestCase(case.Case):
         self.assert_found(root, 'model', '1-3 (10ce:eb71) is perhaps a pendant',
                           'lsusb -v -d 10ce:eb71')
 
+    def test_alone(self):
+        """A device that hid-xhc ignores is found once; then the receiver is not missing."""
+        for product, check, text, fix in (
+                ('eb91', 'model', '1-3 (10ce:eb91) is a clone', 'new_id'),
+                ('eb71', 'model', '1-3 (10ce:eb71) is perhaps a pendant', 'lsusb'),
+                ('abcd', 'driver', 'no HB03, HB04 or WHB04B is plugged in',
+                 'report the output of `lsusb -v -d 10ce:%s' % 'abcd')):
+            with case.row(product):
+                root = self.root('xhcctl')
+                for path in ('sys/bus/usb/devices/1-2', 'sys/bus/hid'):
+                    root.remove(path)
+                root.usb_device('1-3', product)
+                self.assert_found(root, check, text, fix)
+
     def test_no_pendants(self):
         """Neither is a fault, and no other check uses them"""
         for product, name, todo in (('ea6a', 'a serial bridge', 'cp210x'),

@@ -123,6 +123,8 @@ static void look_model(struct doctor *doctor)
 /* ---- USB: the driver of the interface ---- */
 
 static unsigned int plugged, taken;	/* supported devices; those used by libusb */
+static unsigned int ignored;		/* clones, and perhaps pendants: found by model */
+static char unknown[8];			/* id of a device that is not in the table */
 
 static void look_interface(struct doctor *doctor, const char *path)
 {
@@ -166,6 +168,10 @@ static void look_usb_device(struct doctor *doctor, const char *path)
 	if (!read_product(doctor, path, id, sizeof(id)))
 		return;
 	product = find_product(id);
+	if (!product)
+		snprintf(unknown, sizeof(unknown), "%s", id);
+	else if (product->kind == CLONE || product->kind == UNKNOWN)
+		ignored++;
 	if (!product || product->kind > CLONE)
 		return;
 	plugged += product->kind == SUPPORTED;
@@ -177,6 +183,8 @@ static void look_holder(struct doctor *doctor)
 {
 	plugged = 0;
 	taken = 0;
+	ignored = 0;
+	unknown[0] = '\0';
 	doctor_each(doctor, "/sys/bus/usb/devices/*-*", look_usb_device);
 }
 
@@ -207,6 +215,8 @@ static void look_driver_of(struct doctor *doctor, const char *path)
 
 static void look_driver(struct doctor *doctor)
 {
+	char fix[128] = "plug in the pendant's receiver, or its cable; `lsusb -d 10ce:' must show "
+			"it";
 	int count = 0;
 
 	for (size_t i = 0; i < ARRAY_SIZE(products); i++) {
@@ -218,17 +228,23 @@ static void look_driver(struct doctor *doctor)
 			count += doctor_each(doctor, pattern, look_driver_of);
 		}
 	}
-	if (!count && taken)
+	if (count)
+		return;
+	if (taken) {
 		doctor_skip(doctor, "no HID device: the kernel does not have the pendant, see "
 			    "holder");
-	else if (!count && plugged)
+	} else if (plugged) {
 		doctor_found(doctor, "look for `usbhid.quirks' in /proc/cmdline and for its "
 			     "errors in `sudo dmesg'; then plug the receiver in again",
 			     "a pendant is plugged in, but usbhid has made no HID device of it");
-	else if (!count)
-		doctor_found(doctor,
-			     "plug in the pendant's receiver, or its cable; `lsusb -d 10ce:' must show it",
-			     "no HB03, HB04 or WHB04B is plugged in");
+	} else if (ignored) {
+		doctor_skip(doctor, "hid-xhc ignores the device that is plugged in, see model");
+	} else {
+		if (unknown[0])
+			snprintf(fix, sizeof(fix), "plug in the pendant's receiver; or if this is "
+				 "a pendant, report the output of `lsusb -v -d 10ce:%s'", unknown);
+		doctor_found(doctor, fix, "no HB03, HB04 or WHB04B is plugged in");
+	}
 }
 
 /* ---- its attributes ---- */
