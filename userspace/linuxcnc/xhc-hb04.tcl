@@ -4,6 +4,8 @@
 #
 #	[HAL]
 #	HALFILE = /usr/share/xhc-xy3/linuxcnc/xhc-hb04.tcl
+#
+# or, if there are POSTGUI_HALFILEs that link the same pins, after all of these as POSTGUI_HALFILE
 
 source [file join [file dirname [file normalize [info script]]] xhc.tcl]
 xhc::add hb04 0.01

@@ -29,6 +29,19 @@ ADDED = 'HALFILE = %s/xhc-%%s.tcl\n' % test_linuxcnc.COPY
 XYZ = {'x': (0,), 'y': (1,), 'z': (2,)}
 XYZAC = {**XYZ, 'a': (3,), 'c': (5,)}      # that sample locks B
 SECOND = 'usb-of-the-second/input0'
+# Instead of a screen: runs the POSTGUI_HALFILEs as Axis does, then waits like the display `dummy`
+POSTGUI_DISPLAY = '''#!/bin/sh -e
+number=1
+while file=$(inivar -ini "$INI_FILE_NAME" -sec HAL -var POSTGUI_HALFILE -num $number); do
+	case $file in
+	*.tcl)	haltcl -i "$INI_FILE_NAME" "$file" ;;
+	*)	halcmd -i "$INI_FILE_NAME" -f "$file" ;;
+	esac
+	number=$((number + 1))
+done
+echo DUMMY DISPLAY
+read -r line
+'''
 
 setup_module = test_linuxcnc.setup_module
 
@@ -48,17 +61,28 @@ def written_by(wizard):
 
 
 class Machine(test_linuxcnc.Mill):
-    """LinuxCNC with a copy of `folder`, whose `ini` gets one line more."""
+    """LinuxCNC with a copy of `folder`, whose `ini` gets one line more: a HALFILE; or, if the owner
+    has a POSTGUI_HALFILE with the lines `postgui`, another of these after it.
+    """
 
-    def __init__(self, folder, ini, more='', model='hb04'):
+    def __init__(self, folder, ini, more='', model='hb04', postgui=None):
         shutil.rmtree(HOME, ignore_errors=True)
         shutil.copytree(folder, CONFIG, ignore_dangling_symlinks=True)
+        line = ADDED % model
+        if postgui is not None:
+            line = 'POSTGUI_HALFILE = postgui.hal\nPOSTGUI_' + line
+            with open(CONFIG + '/postgui.hal', 'w', encoding='ascii') as file:
+                file.write(postgui)
+            with open(CONFIG + '/display', 'w', encoding='ascii') as file:
+                file.write(POSTGUI_DISPLAY)
+            os.chmod(CONFIG + '/display', 0o755)
         with open(CONFIG + '/more.hal', 'w', encoding='ascii') as file:
             file.write(more)
         path = '%s/%s' % (CONFIG, ini)
         with open(path, encoding='utf-8') as file:
             text = file.read()
-        text = re.sub(r'(?m)^ *DISPLAY *=.*', 'DISPLAY = dummy', text)
+        text = re.sub(r'(?m)^ *DISPLAY *=.*',
+                      'DISPLAY = ' + ('dummy' if postgui is None else './display'), text)
         text = re.sub(r'(?m)^ *(POSTGUI_HALFILE|APP) *=.*', '', text)
         # hal_manualtoolchange ends at once without a screen, at times before it is wired
         text = re.sub(r'(?m)^( *HALFILE *= *LIB:basic_sim.tcl) *$',
@@ -69,7 +93,7 @@ class Machine(test_linuxcnc.Mill):
             r'(?m)^ *\[JOINT_(\d+)\](?:\n(?! *\[).*)*?\n *HOME_SEQUENCE *= *-', text)}
         last = [match.end() for match in re.finditer(r'(?m)^ *HALFILE *=.*\n', text)][-1]
         with open(path, 'w', encoding='utf-8') as file:
-            file.write(text[:last] + 'HALFILE = more.hal\n' + ADDED % model + text[last:])
+            file.write(text[:last] + 'HALFILE = more.hal\n' + line + text[last:])
         subprocess.run(['chown', '-R', 'nobody:dialout', HOME], check=True)
         self.log = open(HOME + '/log', 'w+', encoding='utf-8', errors='replace')
         environment = {**ENVIRONMENT, 'PATH': '%s:%s' % (test_linuxcnc.COPY, ENVIRONMENT['PATH'])}
@@ -82,7 +106,7 @@ class Machine(test_linuxcnc.Mill):
             self.halcmd = Halcmd(env=environment)
 
     @classmethod
-    def of_our_own(cls, more='', settings='', **texts):
+    def of_our_own(cls, more='', settings='', postgui=None, **texts):
         """The simulated mill without a pendant, and without halui; with `settings` in [XHC]"""
         folder = '/run/own'
         shutil.rmtree(folder, ignore_errors=True)
@@ -95,7 +119,7 @@ class Machine(test_linuxcnc.Mill):
             text = text.replace(old, new)
         with open(folder + '/xhc-hb04.ini', 'w', encoding='ascii') as file:
             file.write(text)
-        return cls(folder, 'xhc-hb04.ini', more)
+        return cls(folder, 'xhc-hb04.ini', more, postgui=postgui)
 
 
 class Case(test_linuxcnc.Case):
@@ -215,6 +239,20 @@ class TestAdded(Case):
             'net mpg iocontrol.0.tool-prep-number => axis.x.jog-counts\n')
         assert find.wait(lambda: machine.process.poll() is not None, PATIENCE)
         assert 'axis.x.jog-counts is wired to mpg already' in machine.said()
+
+    def test_after_the_screen(self):
+        """POSTGUI_HALFILEs of Debian's samples link these pins; ours is the last of them."""
+        names = {'halui.program.is-paused': 'E:paused', 'halui.program.is-idle': 'enable-buttons',
+                 'halui.estop.is-activated': 'estop', 'spindle.0.speed-out': 'spindle-speed-cmd',
+                 'motion.current-vel': 'thc-cur-vel', 'halui.feed-override.value': 'fo-value',
+                 'halui.spindle.0.override.value': 'so-value'}
+        self.start(Machine.of_our_own(
+            postgui=''.join('net %s %s\n' % (name, each) for each, name in names.items()),
+            **{'HALFILE = xhc-sim-mill.hal\n': 'HALFILE = xhc-sim-mill.hal\nHALUI = halui\n'}))
+        wired = self.mill.halcmd.run('show pin')
+        for each, name in names.items():
+            assert re.search(r'%s ==> %s\b' % (re.escape(each), re.escape(name)), wired)
+        self.works(XYZ)
 
     def test_what_is_loaded_already(self):
         machine = Machine.of_our_own('loadrt edge names=mine\n')
