@@ -79,9 +79,11 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument('figures', nargs='+', choices=FIGURES, metavar='FIGURE',
                         help=', '.join(FIGURES))
-    for name in parser.parse_args().figures:
+    names = parser.parse_args().figures
+    low = [0] * ('letters' in names)        # all lines have as many numbers
+    for name in names:
         for x, y, *gate in FIGURES[name]():
-            print('%.6f %.6f' % (x, y), *gate)
+            print('%.6f %.6f' % (x, y), *(gate or low))
 
 
 if __name__ == '__main__':

@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """stream.py [-r RATE] [DEVICE]: stream positions to a scanhead, by its IIO buffer.
 
-Standard input has one position per line: for each axis a number from -1 to 1, X first. Axes that a
-line leaves out are in the middle. If the head has a gate, a number after those of all axes is 1 or
-0 for it, by default 0; it is not an interlock. DEVICE is iio:device<n>, by default the first
-scanhead.
+Standard input has one position per line: for each axis a number from -1 to 1, X first, with blanks
+or commas between them; all lines have as many. Axes that the lines leave out are in the middle. If
+the head has a gate, a number after those of all axes is 1 or 0 for it, by default 0; it is not an
+interlock. Empty lines, and comments from # on, are ignored. DEVICE is iio:device<n>, by default the
+first scanhead.
 """
 
 import argparse
@@ -70,9 +71,20 @@ def find():
 
 def scans_of(head, lines):
     """Their bytes; what is wrong in a line ends the program before anything is sent."""
+    columns = None
     for number, line in enumerate(lines, 1):
+        text = line.partition('#')[0]
+        if not text.strip():
+            continue
+        words = text.split(',' if ',' in text else None)
+        columns = columns or len(words)
         try:
-            yield head.scan([float(word) for word in line.split()])
+            if len(words) != columns:
+                raise ValueError('%d numbers, where the lines before have %d' %
+                                 (len(words), columns))
+            if columns > head.axes + 1:
+                raise ValueError('%d numbers, for %d axes and a gate' % (columns, head.axes))
+            yield head.scan([float(word) for word in words])
         except ValueError as error:
             sys.exit('stream.py: line %d: %s' % (number, error))
 

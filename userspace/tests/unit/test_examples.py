@@ -58,6 +58,13 @@ class TestFigures(Case):
                 counts[point[axis]] = counts.get(point[axis], 0) + 1
             assert sum(count > 500 for count in counts.values()) == 5
 
+    def test_a_gate_for_all(self):
+        """Only letters have a gate; with other figures it is low."""
+        assert {len(point) for point in self.lines('circle', 'square')} == {2}
+        path = self.lines('circle', 'letters')
+        assert {len(point) for point in path} == {3}
+        assert not any(point[2] for point in path[:len(self.lines('circle'))])
+
     def test_letters(self):
         """The gate is only high on strokes, and no stroke contains a jump."""
         path = self.lines('letters')
@@ -202,9 +209,24 @@ class TestStreams(Folder):
         self.device(axes=2)
         self.put('iio:device0/out_voltage0_label', 'gate\n')
         head = stream.Scanhead('iio:device0')
-        for wrong in ('2 2', '0 -1.01', 'nan 0', 'inf 0', '0 0 2', '0 0 -1', '0,0', 'x'):
-            with pytest.raises(SystemExit, match='line 2: '):
-                list(stream.scans_of(head, ['0 0\n', wrong + '\n']))
+        for wrong in ('2 2', '0 -1.01', 'nan 0', 'inf 0', '0 0 2', '0 0 -1', '0,5 0,5', 'x', '0,,0',
+                      '0 0 0 1'):
+            with pytest.raises(SystemExit, match='line 1: '):
+                list(stream.scans_of(head, [wrong + '\n']))
+
+    def test_lines(self):
+        """Empty lines and comments are no scans; numbers may have commas between them."""
+        self.device(axes=2)
+        head = stream.Scanhead('iio:device0')
+        lines = ['# x, y\n', '1 -1\n', '\n', ' \t\n', '1, -1   # a corner\n', '1,-1']
+        assert list(stream.scans_of(head, lines)) == [struct.pack('<2I', TOP20, 0)] * 3
+
+    def test_another_number_of_columns(self):
+        self.device(axes=3)
+        head = stream.Scanhead('iio:device0')
+        for first, second in (('0 0', '0 0 0'), ('0 0 0', '0 0'), ('0 0', '0')):
+            with pytest.raises(SystemExit, match='line 3: [123] numbers, where the lines before'):
+                list(stream.scans_of(head, [first, '', second]))
 
     def test_axes_that_are_not_there(self):
         self.device(axes=2)
