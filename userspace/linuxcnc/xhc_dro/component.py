@@ -125,7 +125,7 @@ class Component:
             values = {name: self.pins[name] for name in FLOATS_IN + BITS_IN}
             values.update(found)
             values['unit'] = self.wheel.unit
-            values['has-a'] = self.wheel.has_a
+            values['fourth'] = self.wheel.fourth
             values['inch'] = values['inch'] or self.wheel.inch
             self.display.show(self.texts(values, self.options, self.display))
 
@@ -173,6 +173,9 @@ class Component:
         default = 'whb04b' if self.wheel.has_rotary else 'hb04-18'
         name = keys.TABLES.get(self.display.model, default)
         self.positions = POSITIONS_HB03 if name == 'hb03' else POSITIONS
+        if self.wheel.fourth and self.display.model == 'HB04':
+            self.positions = tuple(self.wheel.fourth if each == 'a' else each
+                                   for each in POSITIONS)
         table = self.tables[name] if self.table is None else self.table
         self.keys = keys.Keys(table, self.events.down)
 

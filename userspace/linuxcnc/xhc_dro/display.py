@@ -82,8 +82,9 @@ def state(pins):
 
 
 def texts(pins, unit, available):
-    """-> attribute: text; `pins` are by name. A selected axis A has the row of X."""
-    axes = 'ayz' if pins['has-a'] and pins['select-a'] else AXES
+    """-> attribute: text; `pins` are by name. The fourth axis has the row of X while selected."""
+    fourth = pins['fourth']
+    axes = fourth + 'yz' if fourth and pins['select-' + fourth] else AXES
     return {
         'position': ' '.join(coordinate(pins['%s-%s' % (system, axis)])
                              for system in ('work', 'machine') for axis in axes),

@@ -4,7 +4,7 @@
 import math
 import re
 
-READ_HERE = re.compile('KEYS|MODE|STEPS|SCALE(_[A-Z])?|PROBE_Z|REWIND|MACRO_[0-9]+')
+READ_HERE = re.compile('KEYS|MODE|STEPS|SCALE(_[A-Z])?|SELECTOR_A|PROBE_Z|REWIND|MACRO_[0-9]+')
 
 
 def number(name, text):

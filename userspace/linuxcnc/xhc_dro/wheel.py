@@ -42,7 +42,7 @@ class Wheel:
             self.lengths = tuple(number('STEPS', word) for word in words.split())
             if min(self.lengths) <= 0:
                 raise ValueError('[XHC]STEPS: a step must be above 0')
-        self.has_a = 'A' in (find('TRAJ', 'COORDINATES') or '').upper()
+        self.fourth = self._fourth(find)
         self.velocities = {}    # where the ini has no greatest velocity of all linear axes
         self.scales = {}
         self.signs = {}
@@ -60,6 +60,21 @@ class Wheel:
         self.axis = None
         self.way = 0
         self.ends = 0.0
+
+    @staticmethod
+    def _fourth(find):
+        """The axis at A of an HB04's selector: the first of A, B and C that the machine has, unless
+        the ini names another; '' if it has none
+        """
+        coordinates = (find('TRAJ', 'COORDINATES') or '').lower()
+        there = [axis for axis in ANGULAR if axis in coordinates]
+        name = find('XHC', 'SELECTOR_A')
+        if name is None:
+            return there[0] if there else ''
+        if name.strip().lower() not in there:
+            raise ValueError('[XHC]SELECTOR_A: %s is none of %s' % (
+                name.strip() or 'it', ' '.join(there).upper() or "the machine's axes A B C"))
+        return name.strip().lower()
 
     def press(self, name):
         if name in ('step-up', 'step-down'):

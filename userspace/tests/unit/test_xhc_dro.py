@@ -196,18 +196,30 @@ class TestComponent(Case):
             assert not self.turn(made)
         assert self.said == ['no channel']
 
-    @pytest.mark.parametrize('coordinates, position, first', [
-        ('X Y Z A', 4, '4.5000'), ('xyza', 1, '1.5000'), ('XYZ', 4, '1.5000')])
-    def test_axis_a(self, coordinates, position, first):
-        """An HB04 has rows for three axes: A replaces X while it is selected."""
-        made = self.start(COORDINATES=coordinates)
+    @pytest.mark.parametrize('coordinates, settings, position, selected, first', [
+        ('X Y Z A', {}, 4, 'a', '4.5000'), ('xyza', {}, 1, 'x', '1.5000'),
+        ('XYZ', {}, 4, 'a', '1.5000'), ('X Y Z B', {}, 4, 'b', '5.5000'),
+        ('xzc', {}, 4, 'c', '6.5000'), ('XYZABC', {}, 4, 'a', '4.5000'),
+        ('XYZBC', {'SELECTOR_A': 'C'}, 4, 'c', '6.5000'),
+        ('XYZABC', {'SELECTOR_A': 'b'}, 4, 'b', '5.5000'),
+        ('XYZABC', {'SELECTOR_A': 'b'}, 2, 'y', '1.5000')])
+    def test_the_fourth_axis(self, coordinates, settings, position, selected, first):
+        """Of an HB04, at A of its selector; it has rows for three axes: the fourth replaces X."""
+        made = self.start(COORDINATES=coordinates, **settings)
         path = self.plug()
-        for number, axis in enumerate('xyza', 1):
+        for number, axis in enumerate('xyzabc', 1):
             made.pins['work-' + axis] = made.pins['machine-' + axis] = number + 0.5
-        self.hands.selector = position
+        self.hands.selector, self.hands.detents = position, 3
         self.turn(made)
+        assert self.on() == {'select-' + selected}
+        assert {axis for axis in 'xyzabc' if made.pins['wheel-' + axis]} == {selected}
         rows = self.get(path, 'position').split()
         assert rows == [first, '2.5000', '3.5000'] * 2
+
+    @pytest.mark.parametrize('name', ['D', 'X', 'B', 'AC', ''])
+    def test_a_fourth_axis_that_is_none(self, name):
+        with pytest.raises(ValueError, match=r'\[XHC\]SELECTOR_A: .* is none of A C'):
+            self.start(COORDINATES='XYZAC', SELECTOR_A=name or ' ')
 
     @pytest.mark.parametrize('product_id, model, on', [
         ('EB70', None, {'select-a'}), ('EB6E', None, set()), ('EB00', 'HB03', set())])
@@ -509,8 +521,8 @@ class TestProgram:
         with mock.patch.dict(os.environ, INI_FILE_NAME='/dev/null'):
             assert self.main(texts={('XHC', name): text}) == (1, [message])
 
-    @pytest.mark.parametrize('name', ['KEYS', 'MODE', 'STEPS', 'SCALE', 'SCALE_X', 'PROBE_Z',
-                                      'REWIND', 'MACRO_12'])
+    @pytest.mark.parametrize('name', ['KEYS', 'MODE', 'STEPS', 'SCALE', 'SCALE_X', 'SELECTOR_A',
+                                      'PROBE_Z', 'REWIND', 'MACRO_12'])
     def test_a_second_section(self, name, tmp_path):
         """xhc-dro reads only the first of the name; xhc.tcl reads FILTER and others from all."""
         ini = tmp_path / 'mill.ini'

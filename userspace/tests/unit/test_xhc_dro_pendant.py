@@ -14,7 +14,7 @@ from xhc_dro import component, display, events
 from xhc_sim.models import STEPS
 
 PINS = {**dict.fromkeys(component.FLOATS_IN, 0.0),
-        **dict.fromkeys((*component.BITS_IN, 'select-a', 'has-a'), False)}
+        **dict.fromkeys((*component.BITS_IN, 'select-a'), False), 'fourth': 'a'}
 
 
 class TestTexts:
