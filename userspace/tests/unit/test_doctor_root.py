@@ -658,6 +658,23 @@ class TestCase(case.Case):
         root.write(compatible, b'brcm,bcm2835-aux-uart\0')
         self.assert_found(root, 'port', 'ttyS0 is the mini-UART', 'dtoverlay=disable-bt')
 
+    def test_a_better_port(self):
+        """With no head attached, trouble of one port is irrelevant if another has none."""
+        root = self.root_without_head()
+        self.port(root, 'ttyS0')
+        root.write('sys/class/tty/ttyS0/device/of_node/compatible', b'brcm,bcm2835-aux-uart\0')
+        self.process(root, 4242, 'ModemManager')
+        found = self.found(root)
+        assert 'ttyS0 is the mini-UART' in found['port'][0]
+        assert 'attach /dev/ttyS0 ' in found['head'][1]
+        self.port(root, 'ttyUSB0', usb='1-1')
+        texts = [finding[1] for finding in self.ask(root)[0]['port']]
+        assert ['ttyS0' in text or 'ModemManager may open ttyUSB0' in text for text in texts] == \
+            [True, True]
+        root.write('run/udev/data/c188:0', 'E:ID_BUS=usb\nE:ID_MM_PORT_IGNORE=1\n')
+        self.port(root, 'ttyUSB1', usb='1-2')
+        self.assert_found(root, 'head', 'nothing is attached', 'attach /dev/ttyUSB0 ')
+
     def test_latency_of_ftdi(self):
         root = self.root('xy3ctl')
         self.port(root, 'ttyUSB0', usb='1-1', head='xy3-0')

@@ -28,7 +28,8 @@ static struct {
 	char uart[32];		/* of the head that is compared */
 	bool is_uart;
 	unsigned int free;	/* ports that nothing uses */
-	char first_free[32];
+	unsigned int good;	/* those of them without trouble */
+	char first_free[32];	/* a good one, if there is one */
 } ports;
 
 static void read_file_of(struct doctor *doctor, const char *name, const char *file, char *text,
@@ -100,41 +101,7 @@ static bool read_port(struct doctor *doctor, const char *path, struct port *port
 	return true;
 }
 
-/* ---- processes ---- */
-
-static void look_process(struct doctor *doctor, const char *path)
-{
-	char name[32];
-
-	if (doctor_read(doctor, name, sizeof(name), path) > 0)
-		ports.modem_manager |= !strcmp(name, "ModemManager");
-}
-
-static void count_port(struct doctor *doctor, const char *path)
-{
-	struct port port;
-
-	if (!read_port(doctor, path, &port) || port.console || port.getty || port.attached)
-		return;
-	if (!ports.free++)
-		snprintf(ports.first_free, sizeof(ports.first_free), "%s", port.name);
-}
-
-static void count_ports(struct doctor *doctor)
-{
-	memset(&ports, 0, sizeof(ports));
-	doctor_each(doctor, "/sys/class/xy3/xy3-*/rate", look_rate);
-	doctor_each(doctor, TTYS, count_port);
-	doctor_each(doctor, "/proc/[0-9]*/comm", look_process);
-}
-
-const char *doctor_free_port(struct doctor *doctor)
-{
-	count_ports(doctor);
-	return ports.free ? ports.first_free : NULL;
-}
-
-/* ---- one port ---- */
+/* ---- trouble that another port may not have ---- */
 
 /* Whether a udev rule makes ModemManager ignore it */
 static bool is_ignored(struct doctor *doctor, const char *name)
@@ -166,12 +133,70 @@ static bool usb_interface(struct doctor *doctor, const char *name, char *interfa
 	return false;
 }
 
+/* The rate of a Raspberry Pi's second UART changes with its clock */
+static bool is_mini_uart(struct doctor *doctor, const char *name)
+{
+	char text[64];
+
+	read_file_of(doctor, name, "device/of_node/compatible", text, sizeof(text));
+	return !strcmp(text, "brcm,bcm2835-aux-uart");
+}
+
+/* ModemManager may open it. interface: as for usb_interface() */
+static bool has_modem_manager(struct doctor *doctor, const char *name, char *interface,
+			      size_t size)
+{
+	return ports.modem_manager && !is_ignored(doctor, name) &&
+	       usb_interface(doctor, name, interface, size);
+}
+
+/* ---- processes ---- */
+
+static void look_process(struct doctor *doctor, const char *path)
+{
+	char name[32];
+
+	if (doctor_read(doctor, name, sizeof(name), path) > 0)
+		ports.modem_manager |= !strcmp(name, "ModemManager");
+}
+
+static void count_port(struct doctor *doctor, const char *path)
+{
+	char interface[64];
+	struct port port;
+	bool good;
+
+	if (!read_port(doctor, path, &port) || port.console || port.getty || port.attached)
+		return;
+	good = !is_mini_uart(doctor, port.name) &&
+	       !has_modem_manager(doctor, port.name, interface, sizeof(interface));
+	if (!ports.free || (good && !ports.good))
+		snprintf(ports.first_free, sizeof(ports.first_free), "%s", port.name);
+	ports.free++;
+	ports.good += good;
+}
+
+static void count_ports(struct doctor *doctor)
+{
+	memset(&ports, 0, sizeof(ports));
+	doctor_each(doctor, "/sys/class/xy3/xy3-*/rate", look_rate);
+	doctor_each(doctor, "/proc/[0-9]*/comm", look_process);
+	doctor_each(doctor, TTYS, count_port);
+}
+
+const char *doctor_free_port(struct doctor *doctor)
+{
+	count_ports(doctor);
+	return ports.free ? ports.first_free : NULL;
+}
+
+/* ---- one port ---- */
+
 static void look_modem_manager(struct doctor *doctor, const struct port *port)
 {
 	char fix[512], interface[64];
 
-	if (!ports.modem_manager || is_ignored(doctor, port->name) ||
-	    !usb_interface(doctor, port->name, interface, sizeof(interface)))
+	if (!has_modem_manager(doctor, port->name, interface, sizeof(interface)))
 		return;
 	snprintf(fix, sizeof(fix), "echo 'SUBSYSTEM==\"tty\", KERNELS==\"%s\", "
 		 "ENV{XY3_BACKCHANNEL}=\"1\"' | sudo tee /etc/udev/rules.d/69-my-heads.rules && "
@@ -200,13 +225,13 @@ static void look_port(struct doctor *doctor, const char *path)
 			 port.name);
 		doctor_found(doctor, fix, "%s has a login prompt (getty)", port.name);
 	}
-	read_file_of(doctor, port.name, "device/of_node/compatible", text, sizeof(text));
-	if (!strcmp(text, "brcm,bcm2835-aux-uart"))
+	if (is_mini_uart(doctor, port.name) && (port.attached || !ports.good))
 		doctor_found(doctor, "write dtoverlay=disable-bt to /boot/firmware/config.txt and "
 			     "restart; the port is ttyAMA0 then",
 			     "%s is the mini-UART: its rate changes with the clock of the core",
 			     port.name);
-	look_modem_manager(doctor, &port);
+	if (port.attached || !ports.good)
+		look_modem_manager(doctor, &port);
 	read_file_of(doctor, port.name, "device/latency_timer", text, sizeof(text));
 	if (port.attached && atoi(text) > 1) {
 		snprintf(fix, sizeof(fix), "echo 1 | sudo tee /sys/class/tty/%s/device/"
