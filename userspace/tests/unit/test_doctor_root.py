@@ -23,6 +23,7 @@ KERNEL = '6.12.0-test-amd64'
 DKMS = 'var/lib/dkms/xhc-xy3'
 MODULES = 'lib/modules/%s/' % KERNEL
 SECURE_BOOT = 'sys/firmware/efi/efivars/SecureBoot-8be4df61-93ca-11d2-aa0d-00e098032b8c'
+MOK_LIST = 'sys/firmware/efi/efivars/MokListRT-605dab50-e046-4300-abb6-3dd810dd8b23'
 SIGNATURE = b'~Module signature appended~\n'
 RULES = {'xhcctl': '70-xhc-pendant.rules', 'xy3ctl': '70-xy3.rules'}
 DRIVER = {'xhcctl': 'hid-xhc', 'xy3ctl': 'xy3'}
@@ -369,7 +370,19 @@ class TestCase(case.Case):
     def test_version(self):
         root = self.root('xhcctl')
         root.loaded('0.0.1')
-        self.assert_found(root, 'version', '0.0.1 is loaded', 'modprobe -r hid-xhc')
+        self.assert_found(root, 'version', '0.0.1 is loaded', 'sudo modprobe -r hid-xhc')
+        for text, fix in ((version(), 'sudo modprobe -r hid-xhc'),
+                          ('0.0.1', 'sudo dkms install --force xhc-xy3/%s -k %s && '
+                           'sudo modprobe -r hid-xhc' % (version(), KERNEL))):
+            root.write(root.module, b'x\0srcversion=1\0version=%s\0a=b\0%s' % (text.encode(),
+                                                                            SIGNATURE))
+            found = self.found(root)
+            assert list(found) == ['version'] and found['version'][1].startswith(fix)
+        # DKMS has an old source as well
+        root.remove('%s/%s' % (DKMS, version()))
+        os.makedirs(root.at(DKMS + '/0.0.1'))
+        self.assert_found(root, 'version', 'hid-xhc 0.0.1 is loaded and installed',
+                          'sudo make install install-tools')
 
     # --- signatures ---
 
@@ -381,7 +394,19 @@ class TestCase(case.Case):
             root.not_loaded()
             self.assert_found(root, 'signature', 'Secure Boot is on',
                              'mokutil --import /var/lib/dkms/mok.pub')
+            # the same certificate is in the firmware's list
+            key = b'\x30\x82' + bytes(range(200))
+            root.write('var/lib/dkms/mok.pub', key)
+            self.assert_found(root, 'signature', 'Secure Boot is on', 'mokutil --import')
+            root.write(MOK_LIST, b'\7\0\0\0list' + key[:-1] + b'x')
+            self.assert_found(root, 'signature', 'Secure Boot is on', 'mokutil --import')
+            root.write(MOK_LIST, b'\7\0\0\0list' + key + b'end')
+            assert self.assert_well(root)['signature'] == [
+                ('ok', 'Secure Boot is on, and the key of %s is enrolled' % root.driver, None)]
             root.write(root.module, b'module without')
+            found = self.found(root)
+            assert found['signature'][1].startswith('sudo dkms build --force xhc-xy3/')
+            root.remove(MOK_LIST)
             for fix in ('dkms build --force xhc-xy3/', 'dkms install --force xhc-xy3/'):
                 self.assert_found(root, 'signature', 'is not signed', fix)
             root.write(SECURE_BOOT, b'\x06\0\0\0\0')

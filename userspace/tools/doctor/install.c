@@ -41,6 +41,49 @@ static void find_module(struct doctor *doctor, const char *module, char *path, s
 	fclose(file);
 }
 
+/* The contents of a file, to be freed; NULL if it cannot be read */
+static char *read_whole(struct doctor *doctor, const char *path, size_t *size)
+{
+	FILE *file = fopen(doctor_path(doctor, "%s", path), "re");
+	char *data = NULL;
+	long length = -1;
+
+	if (!file)
+		return NULL;
+	if (!fseek(file, 0, SEEK_END))
+		length = ftell(file);
+	if (length >= 0 && !fseek(file, 0, SEEK_SET))
+		data = malloc(length + 1);
+	if (data) {
+		*size = fread(data, 1, length, file);
+		data[*size] = '\0';
+	}
+	fclose(file);
+	return data;
+}
+
+/* The version in the file of a module; "" if it is missing or compressed */
+static void module_version(struct doctor *doctor, const char *module, char *version, size_t size)
+{
+	static const char mark[] = "\0version=";
+	const size_t mark_size = sizeof(mark) - 1;
+	char path[PATH_MAX], file[PATH_MAX], *data, *found;
+	size_t length;
+
+	version[0] = '\0';
+	find_module(doctor, module, path, sizeof(path));
+	if (snprintf(file, sizeof(file), "/lib/modules/%s/%s", doctor_kernel(doctor), path) >=
+	    (int)sizeof(file))
+		return;
+	data = path[0] ? read_whole(doctor, file, &length) : NULL;
+	if (!data)
+		return;
+	found = memmem(data, length, mark, mark_size);
+	if (found)
+		snprintf(version, size, "%s", found + mark_size);
+	free(data);
+}
+
 static bool is_loaded(struct doctor *doctor, const struct doctor_driver *driver)
 {
 	char path[PATH_MAX];
@@ -331,23 +374,43 @@ static void look_blacklist(struct doctor *doctor)
 	}
 }
 
+/* A module of another version is loaded */
+static void look_other_version(struct doctor *doctor, const char *module, const char *loaded)
+{
+	char file[64], fix[256];
+
+	module_version(doctor, module, file, sizeof(file));
+	if (!file[0] || !strcmp(file, VERSION)) {
+		snprintf(fix, sizeof(fix), "sudo modprobe -r %s && sudo modprobe %s", module,
+			 module);
+		doctor_found(doctor, fix, "%s %s is loaded, and this tool is %s", module, loaded,
+			     VERSION);
+		return;
+	}
+	if (!strcmp(dkms.version, VERSION))
+		snprintf(fix, sizeof(fix), "sudo dkms install --force " NAME "/" VERSION " -k %s "
+			 "&& sudo modprobe -r %s && sudo modprobe %s", doctor_kernel(doctor),
+			 module, module);
+	else
+		snprintf(fix, sizeof(fix), "sudo make install install-tools   # in the source of "
+			 NAME "; or upgrade both packages");
+	doctor_found(doctor, fix, "%s %s is loaded and installed, and this tool is %s", module,
+		     loaded, VERSION);
+}
+
 static void look_version(struct doctor *doctor)
 {
 	const struct doctor_driver *driver = doctor_tool_of(doctor)->drivers;
-	char path[PATH_MAX], version[64], fix[256];
+	char path[PATH_MAX], version[64];
 
 	for (; driver->module; driver++) {
 		snprintf(path, sizeof(path), "/sys/module/%s/version", driver->sysfs);
-		if (doctor_read(doctor, version, sizeof(version), path) < 0) {
+		if (doctor_read(doctor, version, sizeof(version), path) < 0)
 			doctor_skip(doctor, "%s is not loaded", driver->module);
-		} else if (strcmp(version, VERSION)) {
-			snprintf(fix, sizeof(fix), "sudo modprobe -r %s && sudo modprobe %s",
-				 driver->module, driver->module);
-			doctor_found(doctor, fix, "%s %s is loaded, and this tool is %s",
-				     driver->module, version, VERSION);
-		} else {
+		else if (strcmp(version, VERSION))
+			look_other_version(doctor, driver->module, version);
+		else
 			doctor_ok(doctor, "%s %s is loaded", driver->module, version);
-		}
 	}
 }
 
@@ -395,17 +458,34 @@ static const char *enforced_by(struct doctor *doctor)
 	return NULL;
 }
 
+/* Whether the firmware's list of keys has this certificate */
+static bool is_enrolled(struct doctor *doctor, const char *key)
+{
+	static const char list[] = "/sys/firmware/efi/efivars/"
+		"MokListRT-605dab50-e046-4300-abb6-3dd810dd8b23";
+	size_t keys_size = 0, key_size = 0;
+	char *keys = read_whole(doctor, list, &keys_size);
+	char *certificate = read_whole(doctor, key, &key_size);
+	bool result = keys && key_size && memmem(keys, keys_size, certificate, key_size);
+
+	free(certificate);
+	free(keys);
+	return result;
+}
+
 static void look_signature(struct doctor *doctor)
 {
 	const struct doctor_driver *driver = doctor_tool_of(doctor)->drivers;
 	const char *who = enforced_by(doctor), *key = doctor_key(doctor);
 	char path[PATH_MAX], enrol[256], sign[512];
+	bool enrolled;
 	int answer;
 
 	if (!who) {
 		doctor_ok(doctor, "the kernel asks for no signatures");
 		return;
 	}
+	enrolled = is_enrolled(doctor, key);
 	for (; driver->module; driver++) {
 		if (is_loaded(doctor, driver)) {
 			doctor_ok(doctor, "%s, and %s is loaded", who, driver->module);
@@ -420,9 +500,11 @@ static void look_signature(struct doctor *doctor)
 		snprintf(enrol, sizeof(enrol), "sudo mokutil --import %s   # then restart, and "
 			 "choose Enroll MOK", key);
 		/* DKMS signs in builds: installing it again is not sufficient */
-		snprintf(sign, sizeof(sign), "sudo mokutil --import %s && sudo dkms build --force "
-			 NAME "/" VERSION " && sudo dkms install --force " NAME "/" VERSION
-			 "   # then restart, and choose Enroll MOK", key);
+		snprintf(sign, sizeof(sign), "%s%s%ssudo dkms build --force " NAME "/" VERSION
+			 " && sudo dkms install --force " NAME "/" VERSION "%s",
+			 enrolled ? "" : "sudo mokutil --import ", enrolled ? "" : key,
+			 enrolled ? "" : " && ",
+			 enrolled ? "" : "   # then restart, and choose Enroll MOK");
 		if (!dkms.version[0])
 			doctor_found(doctor, "sign it with a key that is enrolled, or install by "
 				     "DKMS, which does", "%s, and %s is not loaded: it is refused "
@@ -430,6 +512,9 @@ static void look_signature(struct doctor *doctor)
 		else if (!answer)
 			doctor_found(doctor, sign, "%s, and %s is not signed: it is refused", who,
 				     driver->module);
+		else if (enrolled)
+			doctor_ok(doctor, "%s, and the key of %s is enrolled", who,
+				  driver->module);
 		else
 			doctor_found(doctor, enrol, "%s, and %s is not loaded: it is refused if "
 				     "its key is not enrolled (see `mokutil --test-key %s')", who,
