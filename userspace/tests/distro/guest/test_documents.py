@@ -127,7 +127,7 @@ def test_page_on_installing():
         document.elsewhere('make deb',
                            'apt install ./build/deb/*.deb linux-headers-$(uname -r)',
                            test='build-debs, test-packages')
-        document.elsewhere('sudo adduser $USER dialout', test='setpriv is as good')
+        document.elsewhere('sudo usermod -aG dialout "$USER"', test='setpriv is as good')
         document.elsewhere('mokutil --import /var/lib/dkms/mok.pub',
                            test='secure-boot, by what the kernel sees of it')
         document.elsewhere(
