@@ -107,7 +107,7 @@ static void print_beside(FILE *stream, const struct monitor *monitor, unsigned i
 		fprintf(stream, "  reports   %lld, %lld bad", stat[REPORTS], stat[BAD_REPORTS]);
 		break;
 	case 6:
-		fprintf(stream, "  frames    %lld, %s%lld not taken%s", stat[FRAMES_SENT],
+		fprintf(stream, "  frames    %lld, %s%lld failed%s", stat[FRAMES_SENT],
 			stat[FRAME_ERRORS] ? cli_colour(CLI_RED) : "", stat[FRAME_ERRORS],
 			plain);
 		break;

@@ -77,10 +77,11 @@ static int print_table(const struct telemetry *telemetry, const char *what, cons
 
 static int print_frame_errors(const struct telemetry *telemetry)
 {
-	printf("\n%-9s", "bad frames");
+	/* the name is wider than those of the table above by 3 */
+	printf("\nframe errors");
 	for (unsigned int axis = 0; axis < XY3_AXES; axis++)
-		printf("%10s", or_dash(telemetry_get(telemetry, "frame_errors/%s",
-						     xy3_axis_name(axis))));
+		printf("%*s", axis ? 10 : 7, or_dash(telemetry_get(telemetry, "frame_errors/%s",
+								  xy3_axis_name(axis))));
 	putchar('\n');
 	return 2;
 }
