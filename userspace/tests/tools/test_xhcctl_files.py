@@ -194,7 +194,7 @@ class TestReplay(FileCase):
     def test_no_driver(self):
         path = self.write('strange', 'R: %d %s\nI: 3 1234 5678\n' % (
             len(REPORT_DESCRIPTOR), REPORT_DESCRIPTOR.hex(' ')))
-        self.assert_says(run('replay', path), FAILURE, 'no driver has taken')
+        self.assert_says(run('replay', path), FAILURE, 'no driver is bound')
 
     def test_a_descriptor_that_the_kernel_refuses(self):
         path = self.write('broken', 'R: 3 c0 c0 c0\nI: 3 10ce eb70\n')

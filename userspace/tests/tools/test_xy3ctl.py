@@ -326,7 +326,7 @@ class TestCommanding(Case):
         forward = self.head(2, 'cs')
         forward.set_sim('sync_ms', '0')
         forward.set_sim('interval_ms', '0')
-        self.assert_status(FAILURE, 'command', 'rate', '57600', says='does not follow')
+        self.assert_status(FAILURE, 'command', 'rate', '57600', says='no sync at 57600 bit/s')
 
 
 class TestMoving(Case):
@@ -549,7 +549,7 @@ class TestSpidev(Case):
 
     def test_refused(self):
         node = self.spidev(1, 'cs')
-        self.assert_status(USAGE, 'goto', '1', '--spidev', node, '--lines', '3', says='arrangement')
+        self.assert_status(USAGE, 'goto', '1', '--spidev', node, '--lines', '3', says='line map')
         self.assert_status(USAGE, 'goto', '1', '--spidev', node, '--map', 'y z')
         self.assert_status(FAILURE, 'goto', '1', '--spidev', node, '--lines', '4', says='lines')
         self.assert_status(FAILURE, 'goto', 'x=1048576', '--spidev', node)

@@ -311,7 +311,7 @@ class TestRecordings(Case):
                 self.assert_says(result, OK)
                 assert result.json()[0]['reports'] == reports
         assert self.check(HEAD + REPORTS).out == \
-                         '0 of 2 reports sent, the recording is whole\n'
+                         '0 of 2 reports sent, the recording is valid\n'
 
     def test_standard_input(self):
         self.assert_says(run('replay', '-c', '-', text=HEAD), OK)
@@ -323,7 +323,7 @@ class TestRecordings(Case):
 
     def test_no_device_of_its_own(self):
         result = run('replay', '-d', '0', self.file('recording', HEAD))
-        self.assert_says(result, USAGE, 'no --device')
+        self.assert_says(result, USAGE, '--device cannot be used')
 
     def test_hostile_ones(self):
         for line, text, why in (

@@ -23,7 +23,7 @@ static char *last_message;	/* since the last document */
 /* ---- options of all verbs ---- */
 
 static const struct argp_option common_options[] = {
-	{ "device", 'd', "DEVICE", 0, "Which one, as list names it", 10 },
+	{ "device", 'd', "DEVICE", 0, "Device to use, by a name shown by list", 10 },
 	{ "json", 'j', NULL, 0, "Print JSON", 10 },
 	{ NULL, 'h', NULL, OPTION_HIDDEN, NULL, 0 },	/* that of argp is -? */
 	{ 0 }
@@ -128,7 +128,7 @@ static char *tool_doc(const struct cli_tool *tool)
 	fprintf(stream, "%s\n\nVerbs:\n", tool->summary);
 	for (const struct cli_verb *verb = tool->verbs; verb->name; verb++)
 		fprintf(stream, "  %-10s %s\n", verb->name, verb->summary);
-	fprintf(stream, "\n`%s VERB --help' says more.\v%s", tool->name, tool->text ?: "");
+	fprintf(stream, "\nSee `%s VERB --help' for details.\v%s", tool->name, tool->text ?: "");
 	fclose(stream);
 	return doc;
 }

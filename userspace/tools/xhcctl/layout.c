@@ -30,15 +30,15 @@ static const struct argp_option option_table[] = {
 };
 
 static const char doc[] =
-	"List the layouts of labels, or choose one."
+	"List key layouts, or choose one."
 	"\v"
 	"Labels differ between pendants with the same id. A layout defines the label of each key, "
 	"and the code of <linux/input-event-codes.h> that matches it. It is chosen by an entry of "
-	"udev's hwdb: `layout NAME' prints the entry, --write writes it to the folder of udev, and "
+	"udev's hwdb: `layout NAME' prints the entry, --write writes it to the directory of udev, and "
 	"--apply also activates it at once. `layout default' removes the entry: all keys are "
 	"BTN_TRIGGER_HAPPY<code> again.\n\n"
-	"With --device the entry applies only to that pendant, at its present port. Files in the "
-	"folder that the environment variable XHC_LAYOUTS names are layouts, too. "
+	"With --device the entry applies only to that pendant at its current port. Files in the "
+	"directory that the environment variable XHC_LAYOUTS names are layouts, too. "
 	"Codes that stop the computer (KEY_RESTART, KEY_POWER, KEY_SLEEP, ...) are refused.\n\n"
 	"  xhcctl layout hb04-16\n"
 	"  sudo xhcctl layout hb04-16 --apply\n"
@@ -277,13 +277,13 @@ int layout_verb(int argc, char **argv)
 	if (options.root && (options.apply || !options.write))
 		return cli_usage("--root requires --write, and excludes --apply");
 	if (options.write && options.common.json)
-		return cli_usage("what is written is not JSON");
+		return cli_usage("--json cannot be combined with --write or --apply");
 	if (list)
 		return list_layouts(&options);
 	if (!strcmp(options.name, DEFAULT)) {
 		if (!options.write || options.captions || options.common.device)
-			return cli_usage(DEFAULT " has no entry; --write or --apply takes that of "
-					 "another away");
+			return cli_usage(DEFAULT " has no entry; use --write or --apply to remove "
+					 "an existing one");
 		return use_entry(NULL, &options);
 	}
 	return choose_layout(&options);

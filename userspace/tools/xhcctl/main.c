@@ -20,10 +20,10 @@ static const struct cli_verb verbs[] = {
 
 static const struct cli_tool tool = {
 	.name = "xhcctl",
-	.summary = "control XHC pendants",
+	.summary = "Show, monitor and configure XHC pendants.",
 	.text = "Name a pendant as list does: by its number (0), the name of its HID device "
 		"(0003:10CE:EB70.0001), its nodes (event3, /dev/input/xhc-hb04, hidraw0) or the port "
-		"it is plugged into (its phys). A single one requires no name.\n\n"
+		"it is plugged into (its phys). No name is needed if there is only one.\n\n"
 		"Exit status: 0 success, 1 failure, 2 invalid usage, 3 no such pendant, "
 		"130 interrupted by SIGINT.",
 	.modules = modules,

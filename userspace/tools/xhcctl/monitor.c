@@ -36,16 +36,16 @@ static const struct argp_option option_table[] = {
 static const char doc[] =
 	"Show the events of a pendant, with the labels of its keys, and its display."
 	"\v"
-	"On a terminal this is a picture that is redrawn at each event; its display is the one that "
-	"the driver sent last. Elsewhere, and with --lines, each event is a line: time, kind, and for "
-	"a key its label (with Fn, if that is held), down or up, scan code and key code. Kinds: start "
-	"(always the first: the present state), key, selector, rotary (the second one of a WHB04B), "
+	"On a terminal this is a picture that is redrawn at each event; its display shows what the "
+	"driver sent last. Otherwise, and with --lines, one line is printed per event: time, kind, and "
+	"for a key its label (with Fn, if that is held), down or up, scan code and key code. Kinds: start "
+	"(always the first: the current state), key, selector, rotary (the second one of a WHB04B), "
 	"wheel, awake, display, unknown (a key that no pendant should have), lost (events arrived "
 	"faster than they were read; keys and selector are correct again, wheel counts are missing), "
 	"gone. With --json each event is an object on one line.\n\n"
 	"Ends when it is interrupted, after --timeout, or after --count events (start does not "
 	"count). The exit status is 1 if the time is up before the count, and 3 if the pendant is "
-	"unplugged; keys that were down are then reported as released first.\n\n"
+	"unplugged; pressed keys are first reported as released.\n\n"
 	"  xhcctl monitor\n"
 	"  xhcctl monitor --count 1 --timeout 10 --json   # wait for a key";
 

@@ -182,7 +182,7 @@ int record_verb(int argc, char **argv)
 
 	argp_parse(&argp, argc, argv, 0, NULL, &options);
 	if (options.common.json && !options.path)
-		return cli_usage("a recording is not JSON: with --json it goes to a FILE");
+		return cli_usage("--json requires a FILE: the recording itself is not JSON");
 	cli_catch_signals();
 	status = pendant_choose(options.common.device, &pendant);
 	if (status != CLI_OK)

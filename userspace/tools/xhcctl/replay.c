@@ -126,7 +126,7 @@ static int finish(const struct recording *recording, const struct options *optio
 
 	if (!options->common.json) {
 		printf("%ld of %zu reports %s\n", sent, recording->count,
-		       options->check ? "sent, the recording is whole" : "sent");
+		       options->check ? "sent, the recording is valid" : "sent");
 		return CLI_OK;
 	}
 	document = cli_json_new("replay");
@@ -144,7 +144,7 @@ static int play(struct uhid_device *device, const struct recording *recording,
 
 	err = serve_until(device, now_us() + DRIVER_US, true);
 	if (!err && !device->open && !cli_interrupted())
-		return cli_error("no driver has taken the virtual device: is hid-xhc there?");
+		return cli_error("no driver is bound to the virtual device: is hid-xhc installed?");
 	if (!err)
 		err = serve_until(device, now_us() + (int64_t)(options->before * 1e6), false);
 	if (!err)
@@ -162,7 +162,7 @@ static int replay(const struct recording *recording, const struct options *optio
 	int err, status;
 
 	if (options->common.device)
-		return cli_usage("it makes a device of its own: no --device");
+		return cli_usage("--device cannot be used: replay creates a new device");
 	if (options->check)
 		return finish(recording, options, 0);
 	cli_catch_signals();

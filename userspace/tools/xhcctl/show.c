@@ -17,7 +17,7 @@
 static const char text[] =
 	"Show all attributes of a pendant."
 	"\v"
-	"One attribute per line, by its name below the pendant's folder in sysfs: the display (dro/), "
+	"One attribute per line, with its path in the pendant's sysfs directory: the display (dro/), "
 	"counters (stats/), the model, and whether it is awake. `set' changes dro/. hid-xhc(4) "
 	"describes each attribute.";
 

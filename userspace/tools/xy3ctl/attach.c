@@ -85,7 +85,7 @@ static const struct argp detach_argp = {
 	.parser = parse, .children = cli_children, .args_doc = "{UART|HEAD}",
 	.doc = "Detach a UART that `xy3ctl attach' or ldattach has attached."
 	       "\v"
-	       "An ldattach keeps the UART open until it is stopped. It requires root.",
+	       "ldattach keeps the UART open until it is stopped. Detaching requires root.",
 };
 
 static const struct {

@@ -112,10 +112,11 @@ static int code_of(const struct command *command, const char *argument, uint32_t
 		return error < 0 ? cli_usage("a head has no rate '%s'", argument) : CLI_OK;
 	}
 	if (error && command->kind == SWITCHED)
-		return cli_usage("%s: '%s' is not on or off, and axes out of xyzuw", command->name,
-				 argument);
+		return cli_usage("%s: '%s' is not on or off, then a list of axes (letters out of "
+				 "xyzuw)", command->name, argument);
 	if (error)
-		return cli_usage("%s: '%s' is not axes out of xyzuw", command->name, argument);
+		return cli_usage("%s: '%s' is not a list of axes (letters out of xyzuw)",
+				 command->name, argument);
 	*code = (on ? command->on : command->off) | axes;
 	return CLI_OK;
 }
@@ -130,12 +131,12 @@ static int failed(const struct head *head, const struct command *command, const 
 		return cli_error("%s has no %s", head->name,
 				 command->kind == RATE ? "backchannel" : "forward channel");
 	case -EACCES:
-		return cli_error("%s: permission denied; members of the group dialout may",
+		return cli_error("%s: permission denied: join the group dialout",
 				 head->name);
 	case -EINVAL:
-		return cli_error("%s: its UART cannot do %s bit/s", head->name, argument);
+		return cli_error("%s: the UART does not support %s bit/s", head->name, argument);
 	case -ETIMEDOUT:
-		return cli_error("%s does not follow to %s bit/s: both are as they were",
+		return cli_error("%s: no sync at %s bit/s; the old rate was restored",
 				 head->name, argument);
 	}
 	return cli_errno(error, "%s: %s", head->name, command->name);

@@ -97,11 +97,12 @@ const struct argp_child forward_children[] = {
 static int iio_failed(const struct forward *forward, const char *name, int error)
 {
 	if (error == -EBUSY)
-		return cli_error("%s: a stream runs; `echo 0 > "
-			"/sys/bus/iio/devices/%s/buffer/enable' "
-				 "ends one that was left", forward->name, forward->head.iio);
+		return cli_error("%s: a stream runs; "
+				 "`echo 0 > /sys/bus/iio/devices/%s/buffer/enable' "
+				 "ends one that a program has left enabled",
+				 forward->name, forward->head.iio);
 	if (error == -EACCES)
-		return cli_error("%s: %s: permission denied; members of the group dialout may",
+		return cli_error("%s: %s: permission denied: join the group dialout",
 				 forward->name, name);
 	return cli_errno(error, "%s: %s", forward->name, name);
 }
@@ -132,7 +133,7 @@ static int find_head(struct head *head, const char *device)
 			return CLI_OK;
 		}
 	}
-	return cli_no_device("no scanhead with a forward channel; `xy3ctl doctor' looks for the "
+	return cli_no_device("no scanhead with a forward channel; run `xy3ctl doctor' to find the "
 			     "reason");
 }
 
@@ -277,7 +278,7 @@ static int spidev_open(struct forward *forward, const struct forward_settings *s
 	snprintf(forward->name, sizeof(forward->name), "%s", settings->spidev);
 	error = xy3_line_map_new(&forward->map, lines, bits, settings->map);
 	if (error == -EINVAL)
-		return cli_usage("there is no such arrangement of lines: --lines %u --map '%s'",
+		return cli_usage("unsupported line map: --lines %u --map '%s'",
 				 lines, settings->map ?: "");
 	if (error)
 		return cli_errno(error, "%s", forward->name);

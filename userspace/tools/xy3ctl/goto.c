@@ -71,13 +71,13 @@ static error_t parse(int key, char *argument, struct argp_state *state)
 static const struct argp argp = {
 	.options = options, .parser = parse, .children = forward_children,
 	.args_doc = "[AXIS=]VALUE...",
-	.doc = "Move the mirrors of a scanhead to a place, and leave them there."
+	.doc = "Move the mirrors of a scanhead to a position."
 	       "\v"
 	       "AXIS is one of x y z u w; without it values are for x, y, z, u and w in this "
 	       "order. "
 	       "A code is a whole number from 0 to 1048575, or to 67108863 with frames of 32 bits; "
-	       "0x is understood. With --unit a number below 0 is written x=-0.5, or behind --. "
-	       "Axes that are not named stay where they are; with --spidev they "
+	       "0x prefixes are accepted. With --unit, write negative numbers as x=-0.5 or after "
+	       "--. Axes that are not named keep their position; with --spidev they "
 	       "go to the middle. All axes move at once, by one scan: for a path, see "
 	       "`xy3ctl stream'.\n\n"
 	       "  xy3ctl goto 524288 524288\n"

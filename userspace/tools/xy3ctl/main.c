@@ -15,7 +15,7 @@ static const struct cli_verb verbs[] = {
 	{ "command", "send a command: calibrate, rate, ...", command_verb },
 	{ "goto", "move its mirrors to a position", goto_verb },
 	{ "stream", "stream scans to it: shapes, or a file", stream_verb },
-	{ "attach", "make a UART the backchannel of a head", attach_verb },
+	{ "attach", "attach a UART as the backchannel of a head", attach_verb },
 	{ "detach", "detach a UART from its head", detach_verb },
 	{ "doctor", "diagnose problems and suggest fixes", doctor_verb },
 	{ 0 }

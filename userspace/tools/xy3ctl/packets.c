@@ -76,12 +76,12 @@ static const struct argp argp = {
 	.doc = "Print the packets of a scanhead's backchannel, one per line."
 	       "\v"
 	       "Without FILE they are read live from the head's tty, and a line begins with the "
-	       "time of day; programs that read it at the same time share the packets. FILE has "
-	       "the bytes received from a UART or from the tty, and - is standard input; a line "
-	       "begins with the offset of the packet in bytes. Bytes outside packets are left out, "
-	       "and counted at the end, on standard error. With --json the last object has the "
-	       "counts. The exit status is 1 if FILE has no packet, and 3 when the head is "
-	       "removed.\n\n"
+	       "time of day; no other program should read the tty at the same time, as the two "
+	       "would share its bytes. FILE has the bytes received from a UART or from the tty, and "
+	       "- is standard input; a line begins with the offset of the packet in bytes. Bytes "
+	       "outside packets are omitted, and counted at the end, on standard error. With --json "
+	       "the last object has the counts. The exit status is 1 if FILE has no packet, and 3 "
+	       "when the head is removed.\n\n"
 	       "  xy3ctl packets --raw\n"
 	       "  xy3ctl packets --json uart.bin",
 };

@@ -62,11 +62,11 @@ static const struct argp_option options[] = {
 	{ "gate", KEY_GATE, NULL, 0, "Drive the laser's gate while a shape is drawn", 2 },
 	{ "gate-on-delay", KEY_GATE_ON, "US", 0,
 	  "The gate rises later by this number of microseconds; earlier when negative", 2 },
-	{ "gate-off-delay", KEY_GATE_OFF, "US", 0, "The same for its fall", 2 },
+	{ "gate-off-delay", KEY_GATE_OFF, "US", 0, "The same for the falling edge", 2 },
 	{ "jump-speed", KEY_JUMP_SPEED, "UNITS", 0,
 	  "FILE has the vertices of a path: units per second (the field is 2 wide) to one whose "
 	  "gate is 0", 3 },
-	{ "mark-speed", KEY_MARK_SPEED, "UNITS", 0, "The same to a vertex whose gate is 1", 3 },
+	{ "mark-speed", KEY_MARK_SPEED, "UNITS", 0, "The same for a vertex whose gate is 1", 3 },
 	{ "jump-delay", KEY_JUMP_DELAY, "US", 0,
 	  "Wait this long after each jump, in microseconds", 3 },
 	{ "mark-delay", KEY_MARK_DELAY, "US", 0,
@@ -147,21 +147,21 @@ static error_t parse(int key, char *argument, struct argp_state *state)
 static const struct argp argp = {
 	.options = options, .parser = parse, .children = forward_children,
 	.args_doc = "{circle|square|grid|FILE}",
-	.doc = "Stream scans to a scanhead: a shape, or those of a file."
+	.doc = "Stream a shape, or scans from a file, to a scanhead."
 	       "\v"
 	       "FILE, or standard input when it is -, has one scan on each line: numbers from -1 "
 	       "to 1, X first. They are separated by blanks, by commas or by semicolons, and have a "
 	       "decimal point. Each line has as many of them as the first; axes without a number "
-	       "are in the middle. Where the line map has a gate, a number after those of all axes "
-	       "is 1 or 0 for it. Empty lines and lines that begin with # are left out. A regular "
-	       "file is checked before anything is sent; of a pipe all that comes before a wrong "
-	       "line is sent."
+	       "are in the middle. If the line map has a gate, its value, 1 or 0, follows those of "
+	       "all axes. Empty lines and lines that begin with # are ignored. A regular file is "
+	       "checked before anything is sent; from a pipe, everything before an invalid line is "
+	       "sent."
 	       "\n\nWith --jump-speed and --mark-speed the lines are vertices of a path, each with "
-	       "its gate. A line with 1 is marked to, with the gate high on the whole way; a line "
+	       "its gate. A vertex with 1 is marked to, with the gate high all the way; a vertex "
 	       "with 0 is jumped to. The first vertex is reached at once, with the gate low."
 	       "\n\nThe stream ends when the last scan has been sent. When it is interrupted, it is "
-	       "aborted: what the controller does not have yet is dropped. The mirrors stay where "
-	       "they are, with the gate low. At the end the program reports how many scans have been "
+	       "aborted: scans that have not been passed to the controller are dropped. The "
+	       "mirrors stay where they are, with the gate low. At the end the program reports how many scans have been "
 	       "sent, and how often it was late (underruns). None of this is an interlock for a laser.\n\n"
 	       "  xy3ctl stream circle --rate 20000 --repeat 10\n"
 	       "  xy3ctl stream scans.csv --gate-on-delay=-20\n"
