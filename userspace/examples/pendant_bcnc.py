@@ -4,7 +4,8 @@
 
 Requires python3-evdev, and bCNC with its web pendant (`bCNC --pendant 8080`), which takes G-code
 and bCNC's own commands by HTTP. The wheel moves the axis that the selector points to; nothing moves
-while it is off, or while bCNC's controller is neither idle nor jogging. This is no emergency stop.
+while it is off, or while bCNC's controller is neither idle nor jogging. This is not an emergency
+stop.
 """
 
 import argparse

@@ -27,7 +27,7 @@ class Pendant:
         self.quiet_since = time.monotonic()
 
     def report(self, wheel=0):
-        """The input report for the present state; any operation wakes a sleeping pendant."""
+        """The input report for the current state; any operation wakes a sleeping pendant."""
         self.awake = True
         first, second = self.slots
         return bytes([INPUT_ID, first, second, self.selector, wheel & 0xFF, self.day ^ first])
