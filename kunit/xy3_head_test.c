@@ -79,16 +79,19 @@ static void come_back_test(struct kunit *test)
 	struct uart *uart = uart_come(test, NULL);
 	struct xy3_head *head = uart_head(uart);
 
-	SEND(test, uart, SYNC, SYNC, TEXT_PACKET(1, 3), 'a', 'b', 'c');
+	SEND(test, uart, SYNC, SYNC, TEXT_PACKET(1, 3), 'a', 'b', 'c',
+	     TEXT_PACKET(7, 2), 0, 1);
 	EXPECT_SHOWS(test, head, "vendor", "abc");
+	EXPECT_SHOWS(test, head, "errors/dsp", "temperature");
 	uart_unplug(uart);
+	EXPECT_SHOWS_ERROR(test, head, "errors/dsp", -ENODATA);
 	EXPECT_SHOWS(test, head, "in_sync", "0");
 	EXPECT_SHOWS_ERROR(test, head, "vendor", -ENODATA);
 
 	uart = uart_come(test, NULL);
 	KUNIT_ASSERT_PTR_EQ(test, uart_head(uart), head);
 	EXPECT_SHOWS(test, head, "in_sync", "0");
-	EXPECT_SHOWS(test, head, "stats/rx_packets", "3");
+	EXPECT_SHOWS(test, head, "stats/rx_packets", "4");
 	SEND(test, uart, SYNC, SYNC);
 	EXPECT_SHOWS(test, head, "in_sync", "1");
 

@@ -397,6 +397,38 @@ class TestCommands(Case):
             assert wait(lambda: read_file(forward.head + 'in_sync') == '1\n'), rate
 
 
+class TestBackchannel(Case):
+    def uart(self):
+        uart = head_rig.Pty()
+        self.add_cleanup(uart.close)
+        head_rig.set_ldisc(uart.slave, head_rig.LDISC)
+        return uart
+
+    def test_the_uart_goes(self):
+        """The state of components is unknown then; they have not recovered."""
+        forward = self.forward(1, 'cs')
+        wire = head_rig.wire
+        lost = [{'EVENT': 'sync', 'IN_SYNC': '0'}, {'EVENT': 'identity'},
+                {'EVENT': 'error', 'COMPONENT': 'dsp', 'ERROR': 'unknown'}]
+        found = [{'EVENT': 'sync', 'IN_SYNC': '1'}, {'EVENT': 'identity'},
+                 {'EVENT': 'error', 'COMPONENT': 'dsp', 'ERROR': 'temperature',
+                  'ERROR_CODE': '1'}]
+        events = head_rig.Uevents()
+        self.add_cleanup(events.close)
+        for _ in range(2):
+            uart = self.uart()
+            uart.write(head_rig.GOOD + wire.vendor(b'ACME') + wire.errors([0, 1]))
+            assert events.properties() == found
+            assert read_file(forward.head + 'errors/dsp') == 'temperature\n'
+            uart.cut()
+            assert events.properties() == lost
+            assert error_name(read_file, forward.head + 'errors/dsp') == 'ENODATA'
+            assert error_name(read_file, forward.head + 'errors/head') == 'ENODATA'
+        self.uart().write(head_rig.GOOD + wire.errors([0, 0]))
+        assert events.properties() == [
+            found[0], {'EVENT': 'error', 'COMPONENT': 'dsp', 'ERROR': 'none', 'ERROR_CODE': '0'}]
+
+
 class TestAbort(Case):
     SCANS = 4096
     DATA = struct.pack('<3I', 1, 2, 3) * SCANS
