@@ -153,7 +153,7 @@ static void parting_work(struct work_struct *work)
 	parting->leave(parting->data);
 }
 
-/* Removing a transport does not wait for a head that does not respond */
+/* Removing a transport ends a change of the rate in progress */
 static void expect_parting(struct kunit *test, struct xy3_head *head, void (*leave)(void *data),
 			   void *data)
 {
@@ -168,6 +168,13 @@ static void expect_parting(struct kunit *test, struct xy3_head *head, void (*lea
 	KUNIT_EXPECT_EQ(test, store(head, "rate", "57600"), -ENODEV);
 	flush_delayed_work(&parting->work);
 	KUNIT_EXPECT_LT(test, ktime_ms_delta(ktime_get(), start), 1000);
+}
+
+/* The head does not respond */
+static void expect_parting_deaf(struct kunit *test, struct xy3_head *head,
+				void (*leave)(void *data), void *data)
+{
+	expect_parting(test, head, leave, data);
 	EXPECT_CALLS(test, { FRAME, 0x280002 }, { UART, 57600 }, { FRAME, 0x380003 },
 		     { UART, 115200 });
 }
@@ -178,7 +185,7 @@ static void rate_uart_leaves_test(struct kunit *test)
 	struct xy3_head *head = uart_head(uart);
 
 	forward_come(test);
-	expect_parting(test, head, uart_unplug, uart);
+	expect_parting_deaf(test, head, uart_unplug, uart);
 	EXPECT_SHOWS_ERROR(test, head, "rate", -ENODEV);
 }
 
@@ -188,10 +195,38 @@ static void rate_forward_leaves_test(struct kunit *test)
 	struct xy3_head *head = uart_head(uart);
 	struct forward *forward = forward_come(test);
 
-	expect_parting(test, head, forward_leave, forward);
+	expect_parting_deaf(test, head, forward_leave, forward);
 	EXPECT_SHOWS(test, head, "rate", "115200");
 	/* and now there is no wait */
 	KUNIT_EXPECT_EQ(test, store(head, "rate", "57600"), 0);
+}
+
+/* The command may still be sent, so the one for the old rate follows it */
+static void rate_stuck_test(struct kunit *test)
+{
+	struct uart *uart = uart_come(test, NULL);
+	struct xy3_head *head = uart_head(uart);
+	struct forward *forward = forward_come(test);
+
+	forward->stuck = true;
+	expect_parting(test, head, uart_unplug, uart);
+	EXPECT_CALLS(test, { FRAME, 0x280002 }, { FRAME, 0x380003 });
+	uart = uart_come(test, NULL);
+	expect_parting(test, head, forward_leave, forward);
+	EXPECT_CALLS(test, { FRAME, 0x280002 }, { FRAME, 0x380003 });
+	EXPECT_SHOWS(test, head, "rate", "115200");
+}
+
+/* The controller fails: the head has its old rate */
+static void rate_unsent_test(struct kunit *test)
+{
+	struct uart *uart = uart_come(test, NULL);
+	struct xy3_head *head = uart_head(uart);
+
+	forward_come(test)->unsent = -ETIMEDOUT;
+	KUNIT_EXPECT_EQ(test, store(head, "rate", "921600"), -ETIMEDOUT);
+	EXPECT_CALLS(test, { FRAME, 0x340003 }, { FRAME, 0x380003 });
+	EXPECT_SHOWS(test, head, "rate", "115200");
 }
 
 /* Data at the new rate are another stream */
@@ -558,6 +593,8 @@ static struct kunit_case xy3_control_cases[] = {
 	KUNIT_CASE(rate_again_test),
 	KUNIT_CASE(rate_uart_leaves_test),
 	KUNIT_CASE(rate_forward_leaves_test),
+	KUNIT_CASE(rate_stuck_test),
+	KUNIT_CASE(rate_unsent_test),
 	KUNIT_CASE(rate_sync_test),
 	KUNIT_CASE(rate_no_forward_test),
 	KUNIT_CASE(rate_no_back_test),

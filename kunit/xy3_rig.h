@@ -123,12 +123,16 @@ static inline void expect_no_call(struct kunit *test)
  * @error: error for all frames, if not 0
  * @limited: it only accepts @room frames
  * @room: decremented by each frame
+ * @stuck: it accepts frames but does not send them
+ * @unsent: result of drain() otherwise
  */
 struct forward {
 	struct xy3_forward xy3;
 	int error;
 	bool limited;
 	unsigned int room;
+	bool stuck;
+	int unsent;
 };
 
 static unsigned int rig_numbers;	/* names of devices and nodes must differ */
@@ -156,9 +160,21 @@ static unsigned int forward_room(struct xy3_forward *xy3)
 	return forward->limited ? forward->room : 1000;
 }
 
+static int forward_drain(struct xy3_forward *xy3, unsigned long timeout)
+{
+	struct forward *forward = container_of(xy3, struct forward, xy3);
+
+	lockdep_assert_held(&xy3->head->rate_lock);
+	if (!forward->stuck)
+		return forward->unsent;
+	schedule_timeout_uninterruptible(timeout);
+	return 1;
+}
+
 static const struct xy3_forward_ops forward_ops = {
 	.command = forward_command,
 	.room = forward_room,
+	.drain = forward_drain,
 };
 
 static bool forward_attached(const struct forward *forward)

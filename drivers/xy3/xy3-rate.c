@@ -27,6 +27,8 @@
 #define XY3_RESYNC_PACKETS	2
 /* Bytes received at the old rate may still be in flight for this long */
 #define XY3_SETTLE_MS		20
+/* Time limit for a command that is not sent, when the head is to be detached */
+#define XY3_DRAIN_MS		50
 
 /* ---- the rate ---- */
 
@@ -101,16 +103,18 @@ static int xy3_move_uart(struct xy3_head *head, struct xy3_back *back, unsigned 
 	return 0;
 }
 
-/* Send the command for a rate; until it is sent the head uses its old rate */
-static int xy3_send_rate(struct xy3_head *head, int command)
+/* Wait until the head has been sent all commands, or is to be detached */
+static int xy3_wait_sent(struct xy3_head *head)
 {
 	const struct xy3_forward_ops *ops = head->forward->ops;
 	int err;
 
-	err = xy3_send_command(head, command);
-	if (!err && ops->drain)
-		err = ops->drain(head->forward);
-	return err;
+	if (!ops->drain)
+		return 0;
+	do {
+		err = ops->drain(head->forward, msecs_to_jiffies(XY3_DRAIN_MS));
+	} while (err > 0 && !READ_ONCE(head->detaching));
+	return err > 0 ? -ENODEV : err;
 }
 
 /* There is sync at the rate that the UART was set to last; read without a lock */
@@ -137,18 +141,22 @@ static int xy3_move_both(struct xy3_head *head, unsigned int rate)
 	unsigned int old_rate = head->rate;
 	int err;
 
-	err = xy3_send_rate(head, xy3_rate_command(rate));
+	err = xy3_send_command(head, xy3_rate_command(rate));
 	if (err)
 		return err;
-	err = xy3_move_uart(head, head->back, rate);
+	/* until it is sent the head uses its old rate */
+	err = xy3_wait_sent(head);
+	if (!err)
+		err = xy3_move_uart(head, head->back, rate);
 	if (!err && xy3_wait_resync(head))
 		return 0;
 
 	/* the UART may have had a rate that heads do not support */
 	if (xy3_is_rate(old_rate))
-		xy3_send_rate(head, xy3_rate_command(old_rate));
+		xy3_send_command(head, xy3_rate_command(old_rate));
 	if (err)
 		return err;
+	xy3_wait_sent(head);
 	xy3_move_uart(head, head->back, old_rate);
 	return READ_ONCE(head->detaching) ? -ENODEV : -ETIMEDOUT;
 }

@@ -67,12 +67,13 @@ void xy3_back_detach(struct xy3_back *back);
  *	     xy3_forward_has_room() is called when there is.
  * @room: number of frames that there is room for, at least 1 if sending one would fail; in any
  *	  context. NULL if there is always room
- * @drain: wait until all of them have been sent; may be NULL
+ * @drain: wait until all of them have been sent, for @timeout jiffies at most. 0, the error if the
+ *	   last of them was not sent, or 1 after @timeout; may be NULL
  */
 struct xy3_forward_ops {
 	int (*command)(struct xy3_forward *forward, const u8 *frame, size_t size);
 	unsigned int (*room)(struct xy3_forward *forward);
-	int (*drain)(struct xy3_forward *forward);
+	int (*drain)(struct xy3_forward *forward, unsigned long timeout);
 };
 
 /**

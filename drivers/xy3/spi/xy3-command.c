@@ -125,14 +125,16 @@ unsigned int xy3_stream_command_room(struct xy3_stream *stream)
 /**
  * xy3_stream_drain() - wait until all queued commands have been sent
  * @stream: the stream
+ * @timeout: maximum time to wait, in jiffies
  *
  * For one caller at a time.
  *
- * Return: 0, or the controller's error if the last of them was not sent.
+ * Return: 0; the controller's error if the last of them was not sent; or 1 after @timeout.
  */
-int xy3_stream_drain(struct xy3_stream *stream)
+int xy3_stream_drain(struct xy3_stream *stream, unsigned long timeout)
 {
 	struct xy3_command *last;
+	bool done;
 	int err;
 
 	scoped_guard(spinlock_irqsave, &stream->lock) {
@@ -142,9 +144,9 @@ int xy3_stream_drain(struct xy3_stream *stream)
 	}
 	if (!last)
 		return 0;
-	wait_for_completion(&last->done);
+	done = wait_for_completion_timeout(&last->done, timeout);
 	guard(spinlock_irqsave)(&stream->lock);
-	err = last->err;
+	err = done ? last->err : 1;
 	xy3_command_put(stream, last);
 	return err;
 }

@@ -98,7 +98,7 @@ static unsigned int xy3_spi_room(struct xy3_forward *forward)
 	return xy3_stream_command_room(xy3_iio_stream(iio));
 }
 
-static int xy3_spi_drain(struct xy3_forward *forward)
+static int xy3_spi_drain(struct xy3_forward *forward, unsigned long timeout)
 {
 	struct xy3_spi *x = container_of(forward, struct xy3_spi, forward);
 
@@ -106,7 +106,7 @@ static int xy3_spi_drain(struct xy3_forward *forward)
 
 	guard(mutex)(&x->lock);
 	iio = xy3_iio(x);
-	return iio ? xy3_stream_drain(xy3_iio_stream(iio)) : -ENODEV;
+	return iio ? xy3_stream_drain(xy3_iio_stream(iio), timeout) : -ENODEV;
 }
 
 static const struct xy3_forward_ops xy3_spi_ops = {

@@ -326,7 +326,7 @@ void xy3_commands_hold(struct xy3_stream *stream);
 void xy3_commands_release(struct xy3_stream *stream);
 int xy3_stream_command(struct xy3_stream *stream, u32 command);
 unsigned int xy3_stream_command_room(struct xy3_stream *stream);
-int xy3_stream_drain(struct xy3_stream *stream);
+int xy3_stream_drain(struct xy3_stream *stream, unsigned long timeout);
 
 /* xy3-counter.c */
 void xy3_underrun_begins(struct xy3_stream *stream);
