@@ -272,6 +272,11 @@ static bool can_up_to_460800(unsigned int rate)
 	return rate <= 460800;
 }
 
+static bool can_up_to_57600(unsigned int rate)
+{
+	return rate <= 57600;
+}
+
 /* The UART refuses: the head gets the command for the old rate, which is kept */
 static void rate_uart_refuses_test(struct kunit *test)
 {
@@ -291,6 +296,35 @@ static void rate_uart_refuses_test(struct kunit *test)
 	forward_leave(forward);
 	KUNIT_EXPECT_EQ(test, store(head, "rate", "921600"), -EINVAL);
 	EXPECT_CALLS(test, { NO_UART, 921600 }, { UART, 115200 });
+}
+
+static void uart_slow_down(void *data)
+{
+	struct uart *uart = data;
+
+	uart->can = can_up_to_57600;
+}
+
+/* The attribute shows the rate of the UART, even if that cannot return to the old rate */
+static void rate_no_return_test(struct kunit *test)
+{
+	struct uart *uart = uart_come(test, NULL);
+	struct xy3_head *head = uart_head(uart);
+	struct parting *parting = kunit_kzalloc(test, sizeof(*parting), GFP_KERNEL);
+
+	KUNIT_ASSERT_NOT_NULL(test, parting);
+	forward_come(test);
+	parting->leave = uart_slow_down;
+	parting->data = uart;
+	INIT_DELAYED_WORK(&parting->work, parting_work);
+	schedule_delayed_work(&parting->work, HZ / 2);
+	KUNIT_EXPECT_EQ(test, store(head, "rate", "57600"), -ETIMEDOUT);
+	flush_delayed_work(&parting->work);
+	EXPECT_CALLS(test, { FRAME, 0x280002 }, { UART, 57600 }, { FRAME, 0x380003 },
+		     { NO_UART, 115200 }, { UART, 57600 });
+	EXPECT_SHOWS(test, head, "rate", "57600");
+	/* the head has returned, so it gets the command again */
+	KUNIT_EXPECT_EQ(test, store(head, "rate", "57600"), -ETIMEDOUT);
 }
 
 static void rate_forward_refuses_test(struct kunit *test)
@@ -599,6 +633,7 @@ static struct kunit_case xy3_control_cases[] = {
 	KUNIT_CASE(rate_no_forward_test),
 	KUNIT_CASE(rate_no_back_test),
 	KUNIT_CASE(rate_uart_refuses_test),
+	KUNIT_CASE(rate_no_return_test),
 	KUNIT_CASE(rate_forward_refuses_test),
 	KUNIT_CASE(rate_rounded_test),
 	KUNIT_CASE(rate_text_test),

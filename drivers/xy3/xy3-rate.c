@@ -4,6 +4,7 @@
  */
 
 #include <linux/delay.h>
+#include <linux/device.h>
 #include <linux/jiffies.h>
 #include <linux/kernel.h>
 #include <linux/lockdep.h>
@@ -157,7 +158,8 @@ static int xy3_move_both(struct xy3_head *head, unsigned int rate)
 	if (err)
 		return err;
 	xy3_wait_sent(head);
-	xy3_move_uart(head, head->back, old_rate);
+	if (xy3_move_uart(head, head->back, old_rate))
+		dev_warn(&head->dev, "the UART stays at %u bit/s\n", head->rate);
 	return READ_ONCE(head->detaching) ? -ENODEV : -ETIMEDOUT;
 }
 
@@ -171,7 +173,8 @@ static int xy3_move_both(struct xy3_head *head, unsigned int rate)
  *
  * Return: 0; -EINVAL for another rate or one that the UART does not support; -ETIMEDOUT if there
  * is no sync at the new rate; -ENODEV without a backchannel; or the error of the forward channel.
- * On error the UART is back at the old rate, and the head was sent the command for it.
+ * On error the UART is back at the old rate, unless it does not support that any more, and the head
+ * was sent the command for it, if the forward channel accepts commands.
  */
 int xy3_set_rate(struct xy3_head *head, unsigned int rate)
 {
