@@ -79,3 +79,26 @@ def wait(condition, timeout=60.0, step=0.005):
         if result or time.monotonic() >= deadline:
             return result
         time.sleep(step)
+
+
+class KernelLog:
+    """Reads kernel messages from now on."""
+
+    def __init__(self):
+        self.fd = os.open('/dev/kmsg', os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+        os.lseek(self.fd, 0, os.SEEK_END)
+
+    def lines(self):
+        """Messages since the last call."""
+        found = []
+        while True:
+            try:
+                record = os.read(self.fd, 8192).decode(errors='replace')
+            except BlockingIOError:
+                return found
+            except BrokenPipeError:             # messages were overwritten
+                continue
+            found.append(record.partition(';')[2].split('\n')[0])
+
+    def close(self):
+        os.close(self.fd)

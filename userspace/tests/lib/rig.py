@@ -457,26 +457,3 @@ class Case(case.Case):
         """The last report causes no event: the next event is that of a turn of the wheel."""
         rig.report(*rig.held, wheel=1)
         self.assert_packet(rig, turned(1))
-
-
-class KernelLog:
-    """Reads kernel messages from now on."""
-
-    def __init__(self):
-        self.fd = os.open('/dev/kmsg', os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
-        os.lseek(self.fd, 0, os.SEEK_END)
-
-    def lines(self):
-        """Messages since the last call."""
-        found = []
-        while True:
-            try:
-                record = os.read(self.fd, 8192).decode(errors='replace')
-            except BlockingIOError:
-                return found
-            except BrokenPipeError:             # messages were overwritten
-                continue
-            found.append(record.partition(';')[2].split('\n')[0])
-
-    def close(self):
-        os.close(self.fd)

@@ -9,7 +9,8 @@ import time
 import pytest
 from case import row
 import rig
-from rig import Case, KernelLog, read_file
+from kernel import KernelLog
+from rig import Case, read_file
 from xhc_sim.lcd import COORDINATES, NUMBERS
 
 # Written, read back, on the LCD.  "seed": examples of the seed document.

@@ -11,7 +11,8 @@ from case import row
 import rig
 from descriptors import ACCEPTED, REFUSED
 from driven import MODELS
-from rig import Case, KernelLog, pressed, selected, turned
+from kernel import KernelLog
+from rig import Case, pressed, selected, turned
 from xhc_sim import find
 from xhc_sim.models import REPORT_DESCRIPTOR
 from xhc_sim.uhid import UhidPendant
