@@ -404,8 +404,11 @@ class TestWorker(Case):
         for fd in files:
             os.close(fd)
 
+    @pytest.mark.distro
     def test_refresh_ms_is_the_least_time_between_frames(self):
+        """Also where a jiffy is not 10 ms: in Debian's kernels it is 4 ms."""
         pendant = self.plug()
+        late = 1 if rig.IN_DISTRO else 0.1      # an emulated machine may be slow
         for refresh in (30, 150, 400):
             with row(refresh=refresh):
                 pendant.set('refresh_ms', str(refresh))
@@ -418,7 +421,7 @@ class TestWorker(Case):
                 pendant.settle()
                 pauses = self.pauses(pendant, pendant.device.frame_count - frames)
                 assert min(pauses) >= refresh / 1000
-                assert min(pauses) < refresh / 1000 + 0.1
+                assert min(pauses) < refresh / 1000 + late
 
     def test_unchanged_sends_nothing(self):
         pendant = self.plug()
