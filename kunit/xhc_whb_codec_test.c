@@ -26,7 +26,6 @@ static void model_test(struct kunit *test)
 	KUNIT_ASSERT_NOT_NULL(test, whb04b());
 	KUNIT_EXPECT_STREQ(test, whb04b()->name, "WHB04B");
 	KUNIT_EXPECT_EQ(test, whb04b()->report_size, 8);
-	KUNIT_EXPECT_EQ(test, whb04b()->payload_size, 21);
 	KUNIT_EXPECT_EQ(test, whb04b()->chunks, 3);
 	KUNIT_EXPECT_EQ(test, whb04b()->key_max, 0x10);
 	for (size_t i = 0; i < ARRAY_SIZE(others); i++)

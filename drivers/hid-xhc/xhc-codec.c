@@ -251,7 +251,6 @@ static const struct xhc_model xhc_models[] = {
 		.decimals = 2,
 		.fraction_size = 1,
 		.positions = XHC_POSITIONS,
-		.payload_size = XHC_FRAME_SIZE(1),
 		.chunks = XHC_FRAME_CHUNKS(1),
 		.named_states = XHC_STATE_RUN | XHC_STATE_PAUSE,
 		.selector_max = XHC_SEL_SPINDLE,
@@ -272,7 +271,6 @@ static const struct xhc_model xhc_models[] = {
 		.decimals = 4,
 		.fraction_size = 2,
 		.positions = XHC_POSITIONS,
-		.payload_size = XHC_FRAME_SIZE(2),
 		.chunks = XHC_FRAME_CHUNKS(2),
 		.named_states = XHC_STATE_RUN | XHC_STATE_PAUSE | XHC_STATE_INCH,
 		.selector_max = XHC_SEL_SPINDLE,
@@ -295,7 +293,6 @@ static const struct xhc_model xhc_models[] = {
 		.fraction_size = 2,
 		.positions = XHC_ROWS,
 		.rows = true,
-		.payload_size = XHC_WHB_FRAME_SIZE,
 		.chunks = XHC_WHB_FRAME_CHUNKS,
 		.seed = XHC_WHB_SEED,
 		.streams = true,
@@ -369,7 +366,7 @@ bool xhc_report_matches(const struct xhc_model *model, const u8 *data, u8 seed)
  * xhc_encode_payload() - encode the payload of a display frame
  * @model: the pendant's model
  * @display: values to be shown
- * @payload: @model->payload_size bytes are written
+ * @payload: the destination
  *
  * Return: bytes written. On error @payload is undefined: -EINVAL if the frame has a day outside
  * 1..31 (with day 0 a sleeping pendant looks like an idle one), -ERANGE if the integer part of a

@@ -107,7 +107,6 @@ struct xhc_input_state;
  * @fraction_size: bytes of a position's fraction on the wire, its top bit is the sign
  * @positions: positions of a display frame
  * @rows: they are rows that the unit labels itself, and the frame has flags
- * @payload_size: bytes of a display frame
  * @chunks: feature reports of a display frame
  * @seed: byte 2 of each display frame, 0 if that is the day of the month
  * @named_states: bits of the state byte that have a name on this model
@@ -130,7 +129,6 @@ struct xhc_model {
 	u8 fraction_size;
 	u8 positions;
 	bool rows;
-	u8 payload_size;
 	u8 chunks;
 	u8 seed;
 	u8 named_states;

@@ -25,10 +25,14 @@ static void codec_block(void *data)
 	u8 payload[XHC_PAYLOAD_MAX], *out = job->frames;
 
 	for (unsigned int i = 0; i < DISPLAYS; i++) {
-		if (xhc_encode_payload(job->model, &job->display[i], payload) < 0)
+		int size = xhc_encode_payload(job->model, &job->display[i], payload);
+
+		if (size < 0) {
 			job->failed = true;
+			return;
+		}
 		for (unsigned int chunk = 0; chunk < job->model->chunks; chunk++) {
-			xhc_encode_chunk(payload, job->model->payload_size, chunk, out);
+			xhc_encode_chunk(payload, size, chunk, out);
 			out += XHC_CHUNK_SIZE;
 		}
 	}

@@ -133,7 +133,8 @@ static void texts(const struct xhc_model *model, const u8 *data, size_t size)
 static void frames(const struct xhc_model *model, const u8 *data, size_t size)
 {
 	struct xhc_display display = {};
-	u8 *payload = malloc(model->payload_size);
+	int frame = model->rows ? 21 : model->fraction_size == 2 ? 37 : 31;
+	u8 *payload = malloc(frame);
 	u8 joined[XHC_CHUNKS_MAX * XHC_CHUNK_PAYLOAD] = {};
 	int length;
 
@@ -151,7 +152,7 @@ static void frames(const struct xhc_model *model, const u8 *data, size_t size)
 		display.reset = data[14] & 1;
 	}
 	length = xhc_encode_payload(model, &display, payload);
-	must(length == model->payload_size || length == -EINVAL || length == -ERANGE);
+	must(length == frame || length == -EINVAL || length == -ERANGE);
 	if (length < 0) {
 		free(payload);
 		return;
