@@ -10,6 +10,7 @@
 #include <linux/errno.h>
 #include <linux/init.h>
 #include <linux/kstrtox.h>
+#include <linux/lockdep.h>
 #include <linux/sysfs.h>
 
 #include "xy3.h"

@@ -7,6 +7,7 @@
  */
 
 #include <linux/err.h>
+#include <linux/lockdep.h>
 #include <linux/minmax.h>
 #include <linux/module.h>
 #include <linux/uaccess.h>

@@ -9,6 +9,7 @@
 #include <linux/iio/sysfs.h>
 #include <linux/kobject.h>
 #include <linux/kstrtox.h>
+#include <linux/lockdep.h>
 #include <linux/sysfs.h>
 
 #include "xy3-spi.h"
