@@ -34,7 +34,7 @@
  * xhc_evdev() - the evdev side of a pendant
  * @xhc: the pendant, with the lock of its evdev side held
  *
- * Return: that side.
+ * Return: the state of its keys, selector and wheel.
  */
 struct xhc_evdev *xhc_evdev(struct xhc_device *xhc)
 {

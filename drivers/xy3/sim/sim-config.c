@@ -103,7 +103,7 @@ int xy3_sim_setting_parse(const struct xy3_sim_setting *setting, struct xy3_sim_
  * @config: the settings of a head
  * @page: the destination
  *
- * Return: the length.
+ * Return: number of bytes written to @page.
  */
 int xy3_sim_setting_print(const struct xy3_sim_setting *setting,
 			  const struct xy3_sim_config *config, char *page)
@@ -136,7 +136,7 @@ static const char * const sim_signal_names[] = {
  * xy3_sim_signal_name() - name of a signal
  * @signal: enum xy3_sim_signal
  *
- * Return: the name.
+ * Return: the word for it that xy3_sim_parse_signals() accepts.
  */
 const char *xy3_sim_signal_name(u8 signal)
 {

@@ -224,7 +224,7 @@ static bool sim_take(struct xy3_sim_head *head, unsigned int which, unsigned int
  * xy3_sim_bad_frames() - number of erroneous frames
  * @axis: the axis
  *
- * Return: the number.
+ * Return: frames with a wrong parity, length or mode, since the counts were reset.
  */
 u64 xy3_sim_bad_frames(const struct xy3_sim_axis *axis)
 {

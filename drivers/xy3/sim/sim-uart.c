@@ -120,7 +120,7 @@ void xy3_sim_uart_push(struct xy3_sim *sim)
  * xy3_sim_uart_room() - check for a reader that is fast enough
  * @sim: the head; its lock is held
  *
- * Return: whether there is one.
+ * Return: true if the tty is open, and its buffer is not almost full.
  */
 bool xy3_sim_uart_room(struct xy3_sim *sim)
 {

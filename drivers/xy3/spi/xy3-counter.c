@@ -56,7 +56,7 @@ void xy3_measure(struct xy3_stream *stream, unsigned int scans)
  * @stream: the stream
  * @stat: the counter
  *
- * Return: its value.
+ * Return: what it has counted so far.
  */
 u64 xy3_stream_stat(struct xy3_stream *stream, enum xy3_stream_stat stat)
 {

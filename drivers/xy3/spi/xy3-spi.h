@@ -242,7 +242,7 @@ struct xy3_stream {
  * xy3_queue() - the queue of a stream
  * @stream: the stream; its lock is held
  *
- * Return: its queue.
+ * Return: all that the lock protects.
  */
 static inline struct xy3_queue *xy3_queue(struct xy3_stream *stream)
 {

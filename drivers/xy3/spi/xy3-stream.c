@@ -32,7 +32,7 @@ unsigned int xy3_stream_rate_min(const struct xy3_stream *stream)
  * xy3_stream_rate_max() - the highest rate that the bus supports
  * @stream: the stream
  *
- * Return: in frames per second.
+ * Return: the rate in frames per second.
  */
 unsigned int xy3_stream_rate_max(const struct xy3_stream *stream)
 {

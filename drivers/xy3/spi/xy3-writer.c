@@ -108,7 +108,7 @@ size_t xy3_stream_room(struct xy3_stream *stream)
  * xy3_stream_waiting() - size of written data that the controller does not have yet
  * @stream: the stream
  *
- * Return: scans.
+ * Return: number of scans.
  */
 size_t xy3_stream_waiting(struct xy3_stream *stream)
 {
