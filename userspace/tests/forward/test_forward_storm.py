@@ -23,6 +23,8 @@ from stress_users import StressUsers
 SECONDS = 5             # minimum duration of a storm
 LEAST = 5               # minimum number of successes of each action
 PAUSE = 0.002
+# X, Y and a gate
+GATED = struct.pack('<15000I', *(n for x in range(5000) for n in (x * 12345 % (1 << 20), 5, x & 1)))
 # errors for a user whose device is removed, or used by others
 TOLERATED = {errno.ENODEV, errno.ENOENT, errno.ENXIO, errno.EBUSY, errno.EINVAL, errno.EAGAIN,
              errno.EIO, errno.ETIMEDOUT, errno.ERANGE, errno.EPERM}
@@ -72,6 +74,10 @@ class TestStorm(Case):
         time.sleep(dice.random() / 10)
         write_file(self.device() + 'buffer/enable', '0')
 
+    def aborts(self, dice):
+        time.sleep(dice.random() / 10)
+        write_file(self.device() + 'abort', '1')
+
     def moves(self, dice):
         write_file(self.device() + 'out_angl%d_raw' % dice.randrange(3),
                    str(dice.randrange(1 << 20)))
@@ -115,6 +121,24 @@ class TestStorm(Case):
         time.sleep(dice.random() / 50)
         self.head.bind()
 
+    # with a gate: of these scans, those with an odd X have it high
+
+    def gate_writes(self, dice):
+        first = dice.randrange(2000)
+        count = dice.choice((1, 100, 256, 3000))
+        fd = self.open()
+        try:
+            os.write(fd, GATED[12 * first:12 * (first + count)])
+        finally:
+            os.close(fd)
+
+    def gate_enables(self, dice):
+        device = self.device()
+        for name in ('angl0', 'angl1', 'voltage0'):
+            write_file(device + 'scan_elements/out_%s_en' % name, '1')
+        write_file(device + 'buffer/length', str(dice.choice((2, 1000, 5000))))
+        write_file(device + 'buffer/enable', '1')
+
     def errors(self, dice):
         time.sleep(0.05)
         self.head.set_sim('faults/spi_error_in', dice.randrange(1, 5))
@@ -142,7 +166,7 @@ class TestStorm(Case):
     def users(self, *actions):
         return StressUsers(actions, TOLERATED, PAUSE)
 
-    def storm(self, forward, *actions):
+    def storm(self, forward, *actions, calm=None):
         self.head = forward
         with self.users(*actions) as users:
             time.sleep(SECONDS)
@@ -150,37 +174,56 @@ class TestStorm(Case):
         print('    %s' % users)
         assert users.unexpected == []
         assert users.all_done(LEAST), users
-        self.calm(forward)
+        (calm or self.calm)(forward)
 
     def test_streams_and_commands(self):
         """The device stays bound: all data on the wire are correct."""
         forward = self.forward(4, 'line')
         assert forward.attach()
-        self.storm(forward, self.writes, self.polls, self.enables, self.disables, self.moves,
-                   self.sets, self.reads, self.commands, self.rates)
+        self.storm(forward, self.writes, self.polls, self.enables, self.disables, self.aborts,
+                   self.moves, self.sets, self.reads, self.commands, self.rates)
 
     def test_line_maps(self):
         forward = self.forward(4, 'line')
-        self.storm(forward, self.writes, self.enables, self.disables, self.maps, self.sets,
-                   self.reads, self.commands, self.moves)
+        self.storm(forward, self.writes, self.enables, self.disables, self.aborts, self.maps,
+                   self.sets, self.reads, self.commands, self.moves)
 
     def test_unbind(self):
         forward = self.forward(4, 'line')
         assert forward.attach()
-        self.storm(forward, self.writes, self.polls, self.enables, self.disables, self.moves,
-                   self.sets, self.maps, self.reads, self.commands, self.rates, self.rebinds)
+        self.storm(forward, self.writes, self.polls, self.enables, self.disables, self.aborts,
+                   self.moves, self.sets, self.maps, self.reads, self.commands, self.rates,
+                   self.rebinds)
 
     def test_on_a_slow_wire(self):
         """With pending messages during all operations, and errors of the controller."""
         forward = self.forward(4, 'line', more='realtime=1')
-        self.storm(forward, self.writes, self.polls, self.enables, self.disables, self.moves,
-                   self.sets, self.reads, self.commands, self.rebinds, self.errors)
+        self.storm(forward, self.writes, self.polls, self.enables, self.disables, self.aborts,
+                   self.moves, self.sets, self.reads, self.commands, self.rebinds, self.errors)
 
     def test_enabled_and_disabled(self):
         """By two users at the same time, while a third one writes all the time."""
         forward = self.forward(4, 'line', more='realtime=1')
         assert forward.start() is None
-        self.storm(forward, self.writes, self.enables, self.disables)
+        self.storm(forward, self.writes, self.enables, self.disables, self.aborts)
+
+    def gate_is_right(self, forward):
+        """No scan had the gate high that the writer has not asked for it."""
+        forward.stop()
+        assert wait(lambda: forward.sim_number('gate', 'high') == 0)
+        assert forward.sim_number('gate', 'torn') == 0
+        assert forward.sim_number('gate', 'commands') == 0
+        numbers = memoryview(forward.recorded()).cast('I')
+        high = [x for x, gate in zip(numbers[::3], numbers[2::3]) if gate]
+        print('    %d scans, %d with the gate high' % (len(numbers) // 3, len(high)))
+        assert len(high) > 1000
+        assert all(x % 2 for x in high)
+
+    def test_gate(self):
+        forward = self.forward(4, 'line', more='realtime=1 signals=sync,x,y,gate')
+        forward.record(1000000)
+        self.storm(forward, self.gate_writes, self.gate_enables, self.disables, self.aborts,
+                   self.moves, self.reads, self.commands, self.errors, calm=self.gate_is_right)
 
     def test_module_goes(self):
         """The controller is removed with all operations in progress."""
@@ -188,7 +231,7 @@ class TestStorm(Case):
             self.head = self.forward(4, 'line', more='realtime=%d' % (round_ % 2))
             assert self.head.start() is None
             with self.users(self.writes, self.commands, self.enables, self.disables,
-                            self.reads) as users:
+                            self.aborts, self.reads) as users:
                 sent = wait(lambda: self.head.number('scans') > 5000)
                 forward_rig.unload_sim()
             assert sent
