@@ -288,7 +288,16 @@ class TestApply(FileCase):
 
     def test_without_root(self):
         self.assert_says(self.as_nobody('layout', 'hb03', '--write'), FAILURE,
-                        '/etc/udev/hwdb.d/61-xhc-pendant.hwdb')
+                         '/etc/udev/hwdb.d/61-xhc-pendant.hwdb')
+        os.mkdir('/run/closed', 0o755)
+        self.add_cleanup(shutil.rmtree, '/run/closed')
+        self.assert_says(self.as_nobody('layout', 'hb03', '--write', '--root', '/run/closed'),
+                         FAILURE, '61-xhc-pendant.hwdb: permission denied: run this as root')
+
+    def test_set_without_the_group(self):
+        self.plug()
+        self.assert_says(self.as_nobody('set', 'work_x=1'), FAILURE,
+                         'work_x: permission denied: join the group dialout')
 
     def test_entry_for_one_pendant(self):
         pendant = self.plug()

@@ -32,6 +32,13 @@ char *hwdb_path(const char *root)
 	return asprintf(&path, "%s%s", root ?: "", HWDB_FILE) < 0 ? NULL : path;
 }
 
+static int failed(const char *path, int err)
+{
+	if (err == EACCES)
+		return cli_error("%s: permission denied: run this as root", path);
+	return cli_errno(err, "%s", path);
+}
+
 /* Create the folders of a file, below the first existing one */
 static int make_folders(char *path)
 {
@@ -84,13 +91,13 @@ int hwdb_write(const char *path, const char *entry)
 			unlink(new);
 	}
 	free(new);
-	return err ? cli_errno(err, "%s", path) : CLI_OK;
+	return err ? failed(path, err) : CLI_OK;
 }
 
 int hwdb_remove(const char *path)
 {
 	if (unlink(path) && errno != ENOENT)
-		return cli_errno(errno, "%s", path);
+		return failed(path, errno);
 	return CLI_OK;
 }
 

@@ -127,6 +127,8 @@ static int refused(const struct pendant *pendant, const struct assignment *assig
 
 	if (!pendant_present(pendant))
 		return cli_no_device("%s has gone", pendant->name);
+	if (err == -EACCES)
+		return cli_error("%s: permission denied: join the group dialout", name);
 	if (err != -EINVAL && err != -ERANGE)
 		return cli_errno(err, "%s", name);
 	stream = open_memstream(&range, &size);
