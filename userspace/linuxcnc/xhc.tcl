@@ -95,7 +95,7 @@ proc xhc::net {signal pins} {
 			} elseif {$kind == "is_input" && ([has_writer $theirs] ||
 					[info exists signals($signal)] ||
 					[lsearch -exact [hal list sig] $signal] >= 0)} {
-				fail "$each is wired to $theirs already"
+				fail "$each is already connected to the signal $theirs"
 			} else {
 				set signals($signal) $theirs
 			}
@@ -113,7 +113,7 @@ proc xhc::net {signal pins} {
 proc xhc::part {name letter} {
 	set value [setting $name $letter]
 	if {![string is double -strict $value] || !($value > 0 && $value <= 1)} {
-		fail "\[XHC\]$name is $value, and not above 0 and up to 1"
+		fail "\[XHC\]$name is $value, but must be above 0 and up to 1"
 	}
 	return $value
 }
@@ -191,8 +191,8 @@ the ini has neither \[TRAJ\]$name nor \[AXIS_$letter\]MAX_VELOCITY"
 
 proc xhc::load {component words} {
 	if {[lsearch -exact [hal list comp] $component] >= 0} {
-		fail "another file loads $component: add these names there, \
-and remove the line from a copy of the file of ours: $words"
+		fail "another HAL file loads $component: add these names there, and remove the line\
+from your copy of xhc-jog.hal: $words"
 	}
 	hal loadrt $component {*}$words
 }

@@ -28,16 +28,17 @@ def positive(text):
 
 def parser():
     words = argparse.ArgumentParser(
-        prog='xhc-dro', description="LinuxCNC's positions on the display of an XHC pendant, "
-        'and what its keys do by MDI: a HAL component, to be started by loadusr.')
+        prog='xhc-dro', description='HAL component for an XHC pendant, started by loadusr: its '
+        'wheel and keys, and positions on its display.')
     words.add_argument('-f', '--filtered', metavar='AXES', default='',
-                       help='axes whose wheel has a filter, in which a detent is 1000 counts: xyz')
+                       help='axes with a filter, for which one detent is 1000 counts: xyz')
     words.add_argument('-m', '--model', choices=sorted(MODELS), default='hb04',
-                       help='the model of the pendant (default: hb04, which is for an HB03, too)')
+                       help='model of the pendant (default: hb04, also for an HB03)')
     words.add_argument('-n', '--name', default='xhc-dro',
-                       help='of the component and its pins (default: xhc-dro)')
+                       help='name of the component, and prefix of its pins (default: '
+                       'xhc-dro)')
     words.add_argument('-p', '--phys', metavar='PHYS',
-                       help='the pendant whose HID_PHYS this is (default: the first)')
+                       help='use the pendant with this HID_PHYS (default: the first)')
     words.add_argument('-u', '--unit', metavar='LENGTH', type=positive,
                        help='the step that the display shows as x1 (default: 0.001; where the '
                        'machine is in inches, 0.0001)')
@@ -55,13 +56,13 @@ def main(arguments=None):
         import hal
         import linuxcnc
     except ImportError as error:
-        say('there is no LinuxCNC here: /usr/bin/python3 finds no module %r' % error.name)
+        say('LinuxCNC is not installed: /usr/bin/python3 has no module %r' % error.name)
         return FAILURE
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, stop)
     if HALUI_DIES.match(linuxcnc.version):
-        say('halui of LinuxCNC %s does nothing any more after an MDI_COMMAND of [HALUI]: another '
-            'version is required for keys that stop' % linuxcnc.version)
+        say('halui of LinuxCNC %s does not respond after an MDI_COMMAND of [HALUI], nor do the '
+            'keys Start, Stop and Reset then: use another version' % linuxcnc.version)
     try:
         if 'INI_FILE_NAME' in os.environ:
             check(os.environ['INI_FILE_NAME'])

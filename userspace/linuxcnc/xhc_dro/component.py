@@ -120,7 +120,7 @@ class Component:
         # only now what LinuxCNC may keep waiting
         self._run_macros(pressed, axis)
         if lost:
-            self.macros.report('it is gone')
+            self.macros.report('unplugged')
         if self.display:
             values = {name: self.pins[name] for name in FLOATS_IN + BITS_IN}
             values.update(found)

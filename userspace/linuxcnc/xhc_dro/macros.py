@@ -109,7 +109,7 @@ def lines_for_axis(name, state, axis):
     if named:
         axis = words[-1].upper()
     if axis not in state.axes:
-        raise ValueError('there is no axis ' + axis if named else 'no axis is selected')
+        raise ValueError('the machine has no axis ' + axis if named else 'no axis is selected')
     if words[0] == 'goto':
         target = state.axis_zero(axis)
         return [state.rapid(target)] + state.motion_again(target)
@@ -126,7 +126,7 @@ def lines(name, state, axis, owners):
     if name not in ('safe-z', 'goto-zero'):
         return lines_for_axis(name, state, axis)
     if 'Z' not in state.axes:
-        raise ValueError('there is no axis Z')
+        raise ValueError('the machine has no axis Z')
     targets = [{'Z': 0}] + [state.work_zero()] * (name == 'goto-zero')
     return [state.rapid(each) for each in targets] + state.motion_again(targets[-1])
 
@@ -174,17 +174,17 @@ class Macros:
     def _check(self):
         stat, linuxcnc = self.stat, self.linuxcnc
         if self.mode is not None:
-            raise ValueError('another one runs')
+            raise ValueError('another macro is running')
         if stat.task_state != linuxcnc.STATE_ON:
             raise ValueError('the machine is not on')
         if stat.interp_state != linuxcnc.INTERP_IDLE:
-            raise ValueError('a program runs')
+            raise ValueError('a program is running')
         if stat.task_mode == linuxcnc.MODE_AUTO:
             raise ValueError('not in auto mode')
         if not all(stat.homed[:stat.joints]):
             raise ValueError('the machine is not homed')
         if not stat.inpos:
-            raise ValueError('the machine moves')
+            raise ValueError('the machine is moving')
         if any(code in stat.gcodes[1:] for code in COMPENSATION):
             raise ValueError('not with cutter compensation (G41, G42)')
 

@@ -443,7 +443,7 @@ class TestStops(Case):
             self.pendant.unplug()
             self.mill.wait(lambda: not is_true('xhc.ok.and'))
             self.assert_stopped(end)
-            self.mill.wait(lambda: screen.message() == 'pendant: it is gone')
+            self.mill.wait(lambda: screen.message() == 'pendant: unplugged')
             places = position('x'), position('y')
             self.pendant.device.pendant.selector = 0
             self.come()

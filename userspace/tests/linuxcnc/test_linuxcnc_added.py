@@ -238,7 +238,7 @@ class TestAdded(Case):
         machine = Machine.of_our_own(
             'net mpg iocontrol.0.tool-prep-number => axis.x.jog-counts\n')
         assert find.wait(lambda: machine.process.poll() is not None, PATIENCE)
-        assert 'axis.x.jog-counts is wired to mpg already' in machine.said()
+        assert 'axis.x.jog-counts is already connected to the signal mpg' in machine.said()
 
     def test_after_the_screen(self):
         """POSTGUI_HALFILEs of Debian's samples link these pins; ours is the last of them."""
@@ -257,7 +257,7 @@ class TestAdded(Case):
     def test_what_is_loaded_already(self):
         machine = Machine.of_our_own('loadrt edge names=mine\n')
         assert find.wait(lambda: machine.process.poll() is not None, PATIENCE)
-        assert 'another file loads edge: add these names there' in machine.said()
+        assert 'another HAL file loads edge: add these names there' in machine.said()
 
 
 class TestSettings(Case):
@@ -286,7 +286,7 @@ class TestSettings(Case):
     def test_no_part_of_one(self, setting):
         machine = Machine.of_our_own(settings=setting + '\n')
         assert find.wait(lambda: machine.process.poll() is not None, PATIENCE)
-        assert ', and not above 0 and up to 1' in machine.said()
+        assert ', but must be above 0 and up to 1' in machine.said()
 
     def test_a_filter_moves_no_other_axis(self):
         """It goes on for seconds after the wheel; what was turned elsewhere moves no other axis."""

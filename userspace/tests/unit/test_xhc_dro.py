@@ -158,7 +158,7 @@ class TestComponent(Case):
         shutil.rmtree(path)
         for _ in range(2):
             self.turn(made)
-        assert self.mill.asked == ['pendant: it is gone']
+        assert self.mill.asked == ['pendant: unplugged']
         self.plug()
         self.turn(made)
         assert len(self.mill.asked) == 1
@@ -364,7 +364,7 @@ class TestComponent(Case):
         shutil.rmtree(path)
         for _ in range(3):
             assert not self.turn(made)
-        assert self.mill.asked == [3, 'G53 G0 Z0.0000000', 1, 'pendant: it is gone']
+        assert self.mill.asked == [3, 'G53 G0 Z0.0000000', 1, 'pendant: unplugged']
 
     @pytest.mark.parametrize('product_id, number, text, name', [
         ('EB70', 7, {}, 'key-zero'), ('EB6E', 9, {}, 'key-zero-x'), ('EB6E', 7, {}, 'key-half-y'),

@@ -254,16 +254,16 @@ class TestMacros(Case):
 
     @pytest.mark.parametrize('name, axis, state, reason', [
         ('safe-z', None, {'task_state': 1}, 'the machine is not on'),
-        ('safe-z', None, {'interp_state': 2}, 'a program runs'),
+        ('safe-z', None, {'interp_state': 2}, 'a program is running'),
         ('safe-z', None, {'task_mode': 2}, 'not in auto mode'),
         ('zero', 'X', {'homed': (1, 0, 1)}, 'the machine is not homed'),
-        ('macro-1', None, {'inpos': False}, 'the machine moves'),
+        ('macro-1', None, {'inpos': False}, 'the machine is moving'),
         ('macro-2', None, {}, '[XHC]MACRO_2 is not in the ini'),
         ('zero', None, {}, 'no axis is selected'), ('zero', 'A', {}, 'no axis is selected'),
-        ('safe-z', None, {'axis_mask': 3}, 'there is no axis Z'),
+        ('safe-z', None, {'axis_mask': 3}, 'the machine has no axis Z'),
         ('goto-zero-selected', None, {}, 'no axis is selected'),
-        ('goto-zero-a', None, {}, 'there is no axis A'),
-        ('zero-b', 'X', {}, 'there is no axis B'),
+        ('goto-zero-a', None, {}, 'the machine has no axis A'),
+        ('zero-b', 'X', {}, 'the machine has no axis B'),
         *(('goto-zero', None, {'gcodes': (0, 0, code)},
            'not with cutter compensation (G41, G42)') for code in (410, 411, 420, 421))])
     def test_refused(self, name, axis, state, reason):
@@ -274,7 +274,7 @@ class TestMacros(Case):
         made = self.made(mill)
         made.start('goto-zero')
         made.start('safe-z')
-        assert mill.asked == [3, 'pendant: safe-z: another one runs']
+        assert mill.asked == [3, 'pendant: safe-z: another macro is running']
 
     @pytest.mark.parametrize('state, after', [
         ({'task_mode': 1}, []), ({'task_state': 1}, []), ({'state': Linuxcnc.RCS_ERROR}, [1]),
