@@ -64,18 +64,6 @@ static void xy3_update_errors(struct xy3_head *head, const struct xy3_packet *pa
 }
 
 /**
- * xy3_telemetry() - what the head has reported
- * @head: the head; its lock is held
- *
- * Return: the latest values.
- */
-const struct xy3_telemetry *xy3_telemetry(struct xy3_head *head)
-{
-	lockdep_assert_held(&head->lock);
-	return &head->telemetry;
-}
-
-/**
  * xy3_telemetry_packet() - update the state from a packet
  * @head: the head; its lock is held
  * @packet: the packet

@@ -14,6 +14,7 @@
 #define XY3_H
 
 #include <linux/device.h>
+#include <linux/lockdep.h>
 #include <linux/mutex.h>
 #include <linux/spinlock.h>
 #include <linux/wait.h>
@@ -253,6 +254,18 @@ static inline struct xy3_head *to_xy3_head(struct device *dev)
 	return container_of(dev, struct xy3_head, dev);
 }
 
+/**
+ * xy3_telemetry() - what a head has reported
+ * @head: the head; its lock is held
+ *
+ * Return: the latest values.
+ */
+static inline const struct xy3_telemetry *xy3_telemetry(const struct xy3_head *head)
+{
+	lockdep_assert_held(&head->lock);
+	return &head->telemetry;
+}
+
 /* xy3-head.c */
 int xy3_head_init(void);
 void xy3_head_exit(void);
@@ -281,7 +294,6 @@ unsigned int xy3_forward_room(struct xy3_head *head);
 int xy3_send_command(struct xy3_head *head, u32 command);
 
 /* xy3-telemetry.c */
-const struct xy3_telemetry *xy3_telemetry(struct xy3_head *head);
 void xy3_telemetry_packet(struct xy3_head *head, const struct xy3_packet *packet);
 void xy3_telemetry_forget(struct xy3_head *head);
 void xy3_telemetry_forget_numbers(struct xy3_head *head);
