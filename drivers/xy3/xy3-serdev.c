@@ -24,7 +24,7 @@
 struct xy3_serdev {
 	struct xy3_back back;
 	struct serdev_device *serdev;
-	struct mutex lock;	/* see above */
+	struct mutex lock;	/* protects @attached */
 	bool attached;
 };
 

@@ -34,7 +34,7 @@
 struct xy3_line {
 	struct tty_port port;
 	unsigned int number;
-	spinlock_t lock;	/* see above */
+	spinlock_t lock;	/* protects @head */
 	struct xy3_head *head;
 	bool open;
 	struct work_struct hangup;

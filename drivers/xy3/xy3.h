@@ -220,16 +220,16 @@ struct xy3_head {
 	unsigned int number;
 	struct list_head node;
 
-	struct mutex rate_lock;		/* see above */
+	struct mutex rate_lock;		/* protects @back; serialises changes of the rate */
 	struct xy3_back *back;
 	unsigned int rate;
 	bool detaching;
 	wait_queue_head_t resync;
 
-	spinlock_t forward_lock;	/* see above */
+	spinlock_t forward_lock;	/* protects @forward */
 	struct xy3_forward *forward;
 
-	struct mutex lock;		/* see above */
+	struct mutex lock;		/* protects @gone to @lost_packets */
 	bool gone;
 	struct xy3_parser parser;
 	enum xy3_byte_order order;
