@@ -453,17 +453,13 @@ class TestAbort(Case):
         assert time.monotonic() - start < self.SCANS / self.RATE / 2
         return status
 
-    def written(self, forward):
-        """-> number of written scans that were sent"""
-        return forward.number('scans') - forward.number('repeated')
-
     def test_abort(self):
         forward, stream = self.slow_stream()
         assert stream.write(self.DATA) == len(self.DATA)
         assert forward.set('abort', 1) is None
         assert forward.number('buffer/data_available') == 0
         assert wait(lambda: forward.number('repeated') > 0)
-        assert self.written(forward) < self.SCANS / 2
+        assert forward.written() < self.SCANS / 2
         assert stream.write(struct.pack('<3I', 7, 8, 9)) == 12      # it is running
         stream.finish()
         assert forward.x_of('positions') == '7'
@@ -475,7 +471,7 @@ class TestAbort(Case):
         stream.write(self.DATA)
         assert forward.set('abort', 1) is None
         assert wait(lambda: forward.number('repeated') > 0)
-        assert self.written(forward) <= 12
+        assert forward.written() <= 12
         stream.finish()
 
     def test_abort_of_a_write_that_waits(self):
@@ -511,7 +507,7 @@ class TestAbort(Case):
         time.sleep(0.5)
         assert forward.set('abort', 1) is None
         assert self.ended(child) == 0
-        assert self.written(forward) < self.SCANS / 2
+        assert forward.written() < self.SCANS / 2
 
     def test_killed_while_disabling(self):
         forward, stream = self.slow_stream()
@@ -521,7 +517,7 @@ class TestAbort(Case):
         os.kill(child, signal.SIGKILL)
         self.ended(child)
         assert forward.get('buffer/enable') == '0'
-        assert self.written(forward) < self.SCANS / 2
+        assert forward.written() < self.SCANS / 2
 
     def test_suspend_while_disabling(self):
         """Neither the freezer nor the device waits until all scans have been sent."""
@@ -533,7 +529,7 @@ class TestAbort(Case):
         time.sleep(0.5)
         assert error_name(write_file, '/sys/power/state', 'freeze') is None
         assert self.ended(child) == 0
-        assert self.written(forward) < self.SCANS / 2
+        assert forward.written() < self.SCANS / 2
         assert forward.set('out_angl0_raw', 5) is None
 
     def test_write_while_disabling(self):

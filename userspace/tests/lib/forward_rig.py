@@ -155,6 +155,14 @@ class Forward:
             return int(read_file(self.counters + name))
         return int(self.get(name))
 
+    def written(self):
+        """-> number of scans sent that do not repeat a position"""
+        while True:
+            repeated = self.number('repeated')
+            scans = self.number('scans')
+            if self.number('repeated') == repeated:
+                return scans - repeated
+
     def set(self, name, value):
         return head_rig.error_name(write_file, self.iio + name, str(value))
 
