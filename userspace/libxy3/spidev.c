@@ -111,6 +111,18 @@ static void xy3_fill(struct xy3_spidev *s, const uint32_t *codes, unsigned int s
 		memcpy(s->bytes + i * s->map.scan_size, s->last, s->map.scan_size);
 }
 
+/*
+ * A message has failed, and the gate may be at any level: try once to lower it, with the last scan
+ * sent, or the first one of the message if none was.
+ */
+static void xy3_close_after_error(struct xy3_spidev *s)
+{
+	if (s->sent)
+		memcpy(s->bytes, s->last, s->map.scan_size);
+	xy3_lower_gate(&s->map, s->bytes);
+	xy3_send(s, 1);
+}
+
 /* Send @codes, or the last scan again if NULL. Return the number of scans sent, or an error. */
 static ssize_t xy3_send_scans(struct xy3_spidev *s, const uint32_t *codes, size_t scans)
 {
@@ -133,8 +145,11 @@ static ssize_t xy3_send_scans(struct xy3_spidev *s, const uint32_t *codes, size_
 			s->block = part / 2;
 			continue;
 		}
-		if (err)
+		if (err) {
+			if (closing)
+				xy3_close_after_error(s);
 			return done ? (ssize_t)done : err;
+		}
 		memcpy(s->last, last, s->map.scan_size);
 		s->sent = true;
 		done += part;

@@ -440,6 +440,31 @@ static void gate_is_low_behind_each_message(void)
 	xy3_line_map_free(map);
 }
 
+/* Once, at the last position known to be sent, or else at the first one of the message */
+static void gate_is_low_after_an_error(void)
+{
+	const uint32_t codes[] = { 5, 1, 6, 1, 7, 1 };
+	const uint32_t lows[] = { 5, 0, 5, 1, 6, 1, 6, 0, 6, 0 };
+	struct xy3_spidev *spidev;
+	struct xy3_line_map *map;
+	uint8_t want[5 * 6];
+
+	device_new();
+	CHECK(xy3_line_map_new(&map, 2, 24, "x gate") == 0);
+	CHECK(xy3_spidev_open(&spidev, "/dev/null", map, 0) == 0);
+	device.fail_in = 1;
+	CHECK(xy3_spidev_write(spidev, codes, 2) == -EIO);
+	CHECK(xy3_spidev_write(spidev, codes, 2) == 2);
+	device.fail_in = 1;
+	CHECK(xy3_spidev_write(spidev, codes + 2, 2) == -EIO);
+	CHECK(xy3_line_map_encode(map, lows, 5, want) == 0);
+	CHECK(device.size == sizeof(want) && !memcmp(device.received, want, sizeof(want)));
+	device.error = -ESHUTDOWN;
+	CHECK(xy3_spidev_write(spidev, codes, 1) == -ESHUTDOWN);
+	xy3_spidev_close(spidev);
+	xy3_line_map_free(map);
+}
+
 int main(void)
 {
 	RUN(mode_and_lines);
@@ -454,5 +479,6 @@ int main(void)
 	RUN(error_in_the_middle);
 	RUN(repeat_and_command);
 	RUN(gate_is_low_behind_each_message);
+	RUN(gate_is_low_after_an_error);
 	return check_end("spidev");
 }
