@@ -5,6 +5,7 @@ Tests that do not depend on libiio, udev or the kernel run in User Mode Linux (t
 """
 
 import array
+import contextlib
 import ctypes
 import fcntl
 import mmap
@@ -12,10 +13,12 @@ import os
 import re
 import struct
 import subprocess
+import tempfile
 import threading
 
 import pytest
-from harness import BIND_TIME, command, module_loaded, read_file, settle, unload_modules, wait_for
+from harness import (BIND_TIME, command, module_loaded, read_file, settle, unload_modules,
+                     wait_for, write_file)
 from head_rig import error_name
 from serial_head import heads
 from virtual_head import DRIVER, MODULES, UART, VirtualHead, footprint, sim
@@ -213,6 +216,38 @@ def test_driver_stays_for_its_writer():
         os.close(fd)
         assert not writer.is_alive()
         assert done.returncode and 'in use' in done.stdout, 'modprobe -r: ' + done.stdout
+        head.set('buffer/enable', 0)
+
+
+@contextlib.contextmanager
+def memory_cgroup():
+    """-> the folder of a new cgroup with the memory controller"""
+    with tempfile.TemporaryDirectory() as root:
+        command('mount', '-t', 'cgroup2', 'cgroup2', root)
+        try:
+            write_file(root + '/cgroup.subtree_control', '+memory')
+            os.mkdir(root + '/xy3')
+            yield root + '/xy3'
+            os.rmdir(root + '/xy3')
+        finally:
+            command('umount', root)
+
+
+def test_memory_of_the_buffer_is_accounted():
+    """The length of the buffer is writable for a group."""
+    with VirtualHead(lines=4) as head, memory_cgroup() as group:
+        head.set('buffer/length', 131072)
+        child = os.fork()
+        if not child:
+            try:
+                write_file(group + '/cgroup.procs', str(os.getpid()))
+                head.start()
+                os._exit(0)
+            finally:
+                os._exit(1)
+        assert os.waitpid(child, 0)[1] == 0
+        # twice that number of scans, of 13 bytes each
+        assert int(read_file(group + '/memory.current')) > 2 * 131072 * 13
         head.set('buffer/enable', 0)
 
 
