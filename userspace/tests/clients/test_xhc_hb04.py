@@ -353,7 +353,7 @@ class TestDriver:
         with using(XhcHb04(), pendant) as program:
             document, = run('doctor', '--json', env=environment()).json()
             findings = {finding['id']: finding for finding in document['findings']}
-            assert 'xhc-hb04 has taken' in findings['holder']['text']
+            assert 'xhc-hb04 has detached' in findings['holder']['text']
             subprocess.run(['bash', '-c', at_once + findings['holder']['fix']], check=True)
             assert program.process.wait(LIMIT) == 0
         assert_driven(pendant)

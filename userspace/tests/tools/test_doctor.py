@@ -88,7 +88,7 @@ class TestPendant(Checks, rig.Case):
             fcntl.ioctl(fd, USBDEVFS_DISCONNECT_CLAIM, struct.pack('II256s', 0, 0, b''), False)
             found = self.found()
             name = read_file('/proc/self/comm').strip()
-            assert '%s has taken %s from the kernel' % (name, interface) in \
+            assert '%s has detached %s from its driver' % (name, interface) in \
                           found['holder'][0]
             assert 'kill %d && sleep 1 && echo %s | sudo tee /sys/bus/usb/drivers/usbhid/bind' \
                           % (os.getpid(), interface) in found['holder'][1]
@@ -237,7 +237,7 @@ class TestHead(Checks, forward_rig.Case):
         forward = self.forward(2, 'cs')
         write_file('/sys/class/xy3/attach', 'new')
         self.pty().sync()
-        self.assert_found('head', 'xy3-1 has a backchannel only and xy3-0 a forward',
+        self.assert_found('head', 'xy3-1 has only a backchannel, and xy3-0 only a forward',
                          'echo xy3-0 | sudo tee /sys/class/xy3/attach')
         assert forward.device
 

@@ -75,11 +75,9 @@ static char *doc(const struct doctor_tool *tool)
 		exit(cli_errno(errno, "no help"));
 	fprintf(stream, "Diagnose a device and suggest a fix."
 		"\v"
-		"It changes nothing. A line is ok, found or skipped, the id of the check, and "
-		"what it "
-		"has seen; a fix follows each fault. Without root some of it "
-		"cannot be "
-		"seen. The exit status is 1 when something was found. Checks are ");
+		"It changes nothing. Each line has a status, which is ok, found or skipped, the "
+		"id of the check, and the result; a fix follows each fault. Some checks require "
+		"root. The exit status is 1 when something was found. Checks are ");
 	list_checks(stream, doctor_install_checks);
 	list_checks(stream, tool->checks);
 	fseek(stream, -2, SEEK_CUR);
@@ -293,23 +291,23 @@ void doctor_access(struct doctor *doctor, const char *path, bool read, const cha
 		return;
 	}
 	if (about.st_gid != group->gr_gid || (about.st_mode & wanted) != wanted) {
-		doctor_found(doctor, TRIGGER, "%s: the group " GROUP " may not use %s: udev's rule "
-			     "has not been at it", device, path);
+		doctor_found(doctor, TRIGGER, "%s: the group " GROUP " has no access to %s: the "
+			     "udev rules have not been applied", device, path);
 		return;
 	}
 	/* also by an ACL, which udev sets for the user at the seat */
 	if (access(whole, read ? R_OK | W_OK : W_OK) && is_member(group)) {
-		doctor_found(doctor, "log out and in again, or restart", "%s: you may not use %s: "
-			     "you are in the group " GROUP ", but were not when you logged in",
+		doctor_found(doctor, "log out and in again, or restart", "%s: no access to %s: you "
+			     "are in the group " GROUP ", but were not when you logged in",
 			     device, path);
 		return;
 	}
 	if (access(whole, read ? R_OK | W_OK : W_OK)) {
-		doctor_found(doctor, JOIN, "%s: you may not use %s: you are not in the group "
+		doctor_found(doctor, JOIN, "%s: no access to %s: you are not in the group "
 			     GROUP, device, path);
 		return;
 	}
-	doctor_ok(doctor, "%s: %s is for the group " GROUP, device, path);
+	doctor_ok(doctor, "%s: the group " GROUP " has access to %s", device, path);
 }
 
 /* ---- the device of --device ---- */

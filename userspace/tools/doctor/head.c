@@ -121,9 +121,8 @@ static void look_heads(struct doctor *doctor)
 	} else if (only_back && only_forward) {
 		snprintf(fix, sizeof(fix), "echo %s | sudo tee /sys/class/xy3/attach   # if they "
 			 "are one head; then attach the UART again", lonely[1]);
-		doctor_found(doctor, fix, "%s has a backchannel only and %s a forward channel "
-			"only",
-			     lonely[0], lonely[1]);
+		doctor_found(doctor, fix, "%s has only a backchannel, and %s only a forward "
+			     "channel", lonely[0], lonely[1]);
 	} else {
 		doctor_ok(doctor, count == 1 ? "%d is attached" : "%d are attached", count);
 	}
@@ -141,17 +140,16 @@ static void look_back_of(struct doctor *doctor, const char *path)
 	if (!doctor_wants(doctor, name))
 		return;
 	if (!has_back(doctor, path)) {
-		doctor_skip(doctor, "%s has none", name);
+		doctor_skip(doctor, "%s has no backchannel", name);
 	} else if (!bytes) {
-		doctor_found(doctor, "look at the wires, BACK- and BACK+; at the head's supply; "
-			"and "
+		doctor_found(doctor, "check the wires BACK- and BACK+, the head's supply, and "
 			     "whether it has a backchannel", "%s: no byte was received", name);
 	} else if (!number_of(doctor, path, "in_sync")) {
 		snprintf(fix, sizeof(fix), "echo 1 | sudo tee %s/autobaud", path);
-		doctor_found(doctor, fix, "%s: bytes received at %lld bit/s are no packets: the "
-			     "head is at another rate, or - and + are swapped", name, rate);
+		doctor_found(doctor, fix, "%s: the bytes received at %lld bit/s are not packets: "
+			     "the head is at another rate, or - and + are swapped", name, rate);
 	} else if (number_of(doctor, path, "stats/line_errors") * 100 > bytes) {
-		doctor_found(doctor, "look at GND, and at the 120 ohms between BACK- and BACK+",
+		doctor_found(doctor, "check GND, and the 120 ohms between BACK- and BACK+",
 			     "%s: more than 1 %% of its bytes are damaged", name);
 	} else {
 		doctor_ok(doctor, "%s is in sync at %lld bit/s", name, rate);
@@ -185,9 +183,8 @@ static void look_uart_of(struct doctor *doctor, const char *path)
 	if (doctor_holder(doctor, node, holder, sizeof(holder), &pid) && !may_hold(holder)) {
 		snprintf(fix, sizeof(fix), "sudo kill %d   # for good: disable its service",
 			 (int)pid);
-		doctor_found(doctor, fix, "%s: %s has %s open, too (process %d), and may change "
-			"it",
-			     name, holder, node, (int)pid);
+		doctor_found(doctor, fix, "%s: %s also has %s open (process %d), and may change "
+			     "its settings", name, holder, node, (int)pid);
 	} else {
 		doctor_ok(doctor, "%s: no other program uses %s", name, node);
 	}
@@ -283,11 +280,11 @@ static void look_frames_of(struct doctor *doctor, const char *path)
 		bad += number > 0 ? number : 0;
 	}
 	if (bad)
-		doctor_found(doctor, "look at the wires of SYNC and CLK, which are easily "
-			"swapped, and "
-			     "at - and + of each pair", "%s could not read %lld frames", name, bad);
+		doctor_found(doctor, "check the wires of SYNC and CLK, which are easily "
+			     "swapped, and - and + of each pair",
+			     "%s: the head could not read %lld frames", name, bad);
 	else
-		doctor_ok(doctor, "%s has read all frames", name);
+		doctor_ok(doctor, "%s: the head has read all frames", name);
 }
 
 static void look_frames(struct doctor *doctor)
@@ -322,15 +319,15 @@ static const struct doctor_driver drivers[] = {
 
 static const struct doctor_check checks[] = {
 	{ "ldisc", "the number of the line discipline", look_ldisc },
-	{ "head", "is one attached, and as one", look_heads },
+	{ "head", "a head is attached, with both channels", look_heads },
 	{ "back", "bytes, sync and rate of the backchannel", look_back },
-	{ "uart", "programs that have the UART open, too", look_uart },
-	{ "port", "is the UART fit for a head, and for nothing else", look_ports },
-	{ "adapter", "USB adapters that are no serial port", look_adapters },
+	{ "uart", "other programs that have the UART open", look_uart },
+	{ "port", "the UART is suitable, and has no other use", look_ports },
+	{ "adapter", "USB adapters without a serial port", look_adapters },
 	{ "order", "byte order", look_order },
 	{ "spi", "an SPI device without its driver", look_spi },
 	{ "frames", "those that the head could not read", look_frames },
-	{ "access", "of the group dialout, and of you", look_access },
+	{ "access", "permissions of the group dialout, and of the user", look_access },
 	{ 0 }
 };
 

@@ -115,16 +115,16 @@ static void look_headers(struct doctor *doctor)
 
 	snprintf(path, sizeof(path), "/lib/modules/%s/build/Makefile", kernel);
 	if (doctor_exists(doctor, path)) {
-		doctor_ok(doctor, "of kernel %s are there", kernel);
+		doctor_ok(doctor, "headers of kernel %s are installed", kernel);
 		return;
 	}
 	if (has_modules(doctor)) {
-		doctor_skip(doctor, "of kernel %s are missing; they are required only to build the "
-			    "driver again", kernel);
+		doctor_skip(doctor, "headers of kernel %s are missing; they are required only to "
+			    "build the drivers again", kernel);
 		return;
 	}
 	doctor_headers_fix(doctor, fix, sizeof(fix));
-	doctor_found(doctor, fix, "of kernel %s are missing: no driver can be built for it",
+	doctor_found(doctor, fix, "headers of kernel %s are missing: the drivers cannot be built",
 		     kernel);
 }
 
@@ -251,13 +251,13 @@ static void look_module(struct doctor *doctor, const struct doctor_driver *drive
 
 	find_module(doctor, driver->module, path, sizeof(path));
 	if (path[0] || is_loaded(doctor, driver)) {
-		doctor_ok(doctor, "%s is there%s", driver->module,
+		doctor_ok(doctor, "%s is installed%s", driver->module,
 			  is_loaded(doctor, driver) ? " and loaded" : "");
 		return;
 	}
 	look_left_out(doctor, driver->module);
 	if (left_out.why[0]) {
-		doctor_found(doctor, "start a kernel that has what is missing",
+		doctor_found(doctor, "boot a kernel with these options",
 			     "kernel %s has no module %s: it was left out, as %s",
 			     doctor_kernel(doctor), driver->module, left_out.why);
 		return;
@@ -363,14 +363,13 @@ static void look_blacklist(struct doctor *doctor)
 		doctor_each(doctor, "/etc/modprobe.d/*.conf", look_modprobe_file);
 		look_command_line(doctor);
 		if (!barred.file[0])
-			doctor_ok(doctor, "nothing keeps %s from being loaded", driver->module);
+			doctor_ok(doctor, "%s is not excluded", driver->module);
 		else if (is_loaded(doctor, driver))
 			doctor_skip(doctor, "%s is loaded, although %s names it", driver->module,
 				    barred.file);
 		else
-			doctor_found(doctor, "remove it from there, then load the module by "
-				     "modprobe", "%s keeps %s from being loaded", barred.file,
-				     driver->module);
+			doctor_found(doctor, "remove that line, then load the module by modprobe",
+				     "%s prevents loading %s", barred.file, driver->module);
 	}
 }
 
@@ -482,7 +481,7 @@ static void look_signature(struct doctor *doctor)
 	int answer;
 
 	if (!who) {
-		doctor_ok(doctor, "the kernel asks for no signatures");
+		doctor_ok(doctor, "the kernel does not require signed modules");
 		return;
 	}
 	enrolled = is_enrolled(doctor, key);
@@ -543,7 +542,7 @@ static void look_rules(struct doctor *doctor)
 		if (!S_ISREG(about.st_mode) || !about.st_size) {
 			snprintf(fix, sizeof(fix), "sudo rm %s && sudo udevadm control --reload",
 				 path);
-			doctor_found(doctor, fix, "%s switches the rules off", path);
+			doctor_found(doctor, fix, "%s disables the rules", path);
 		} else {
 			doctor_ok(doctor, "%s", path);
 		}
@@ -554,11 +553,11 @@ static void look_rules(struct doctor *doctor)
 }
 
 const struct doctor_check doctor_install_checks[] = {
-	{ "headers", "those of the running kernel", look_headers },
+	{ "headers", "of the running kernel", look_headers },
 	{ "dkms", "its state", look_dkms },
-	{ "module", "is it there for the running kernel", look_modules },
-	{ "blacklist", "does modprobe's configuration keep it out", look_blacklist },
-	{ "version", "is the loaded module the tool's", look_version },
+	{ "module", "installed for the running kernel", look_modules },
+	{ "blacklist", "not excluded by the configuration of modprobe", look_blacklist },
+	{ "version", "module and tool have the same version", look_version },
 	{ "signature", "Secure Boot, and a module that it refuses", look_signature },
 	{ "rules", "udev's", look_rules },
 	{ 0 }

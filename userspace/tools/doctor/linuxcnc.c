@@ -73,8 +73,8 @@ static void look_hal_file(struct doctor *doctor, const char *path)
 	if (!missing)
 		return;
 	wired.wrong++;
-	doctor_found(doctor, "sudo xhcctl layout default --apply   # or wire the keys' names",
-		     "%s has " PIN "%lu, and no pendant sends it: a layout gives its keys names",
+	doctor_found(doctor, "sudo xhcctl layout default --apply   # or use names of keys in HAL",
+		     "%s uses " PIN "%lu, which no pendant sends, as a layout has other codes",
 		     path, missing);
 }
 

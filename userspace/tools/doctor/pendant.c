@@ -136,7 +136,7 @@ static void look_interface(struct doctor *doctor, const char *path)
 	snprintf(file, sizeof(file), "%s/driver", path);
 	doctor_link(doctor, driver, sizeof(driver), file);
 	if (!strcmp(driver, "usbhid")) {
-		doctor_ok(doctor, "the kernel has %s", name);
+		doctor_ok(doctor, "%s is bound to usbhid", name);
 		return;
 	}
 	snprintf(file, sizeof(file), "%s/../busnum", path);
@@ -150,10 +150,10 @@ static void look_interface(struct doctor *doctor, const char *path)
 		/* the second line is for the program: it holds the interface until it exits */
 		snprintf(fix, sizeof(fix), "sudo kill %d && sleep 1 && echo %s | "
 			 "sudo tee /sys/bus/usb/drivers/usbhid/bind", (int)pid, name);
-		doctor_found(doctor, fix, "%s has taken %s from the kernel by libusb (process %d)",
-			     holder, name, (int)pid);
+		doctor_found(doctor, fix, "%s has detached %s from its driver by libusb (process "
+			     "%d)", holder, name, (int)pid);
 	} else {
-		doctor_found(doctor, fix, "%s has %s%s: a program has taken it from the kernel by "
+		doctor_found(doctor, fix, "%s has %s%s: a program has detached it from usbhid by "
 			     "libusb, such as LinuxCNC's xhc-hb04", name,
 			     driver[0] ? "the driver " : "no driver", driver);
 	}
@@ -200,7 +200,7 @@ static void look_driver_of(struct doctor *doctor, const char *path)
 	snprintf(file, sizeof(file), "%s/driver", path);
 	doctor_link(doctor, driver, sizeof(driver), file);
 	if (!strcmp(driver, "hid-xhc")) {
-		doctor_ok(doctor, "%s has hid-xhc", name);
+		doctor_ok(doctor, "%s is bound to hid-xhc", name);
 	} else if (driver[0]) {
 		snprintf(fix, sizeof(fix), "sudo modprobe hid-xhc; echo %s | sudo tee "
 			 "/sys/bus/hid/drivers/%s/unbind /sys/bus/hid/drivers/hid-xhc/bind", name,
@@ -231,7 +231,7 @@ static void look_driver(struct doctor *doctor)
 	if (count)
 		return;
 	if (taken) {
-		doctor_skip(doctor, "no HID device: the kernel does not have the pendant, see "
+		doctor_skip(doctor, "no HID device: another program holds the pendant, see "
 			    "holder");
 	} else if (plugged) {
 		doctor_found(doctor, "look for `usbhid.quirks' in /proc/cmdline and for its "
@@ -272,7 +272,7 @@ static void look_state_of(struct doctor *doctor, const char *path)
 	number = doctor_number(doctor, file);
 	if (number > 0)
 		doctor_found(doctor, "sudo evtest   # and report its MSC_SCAN",
-			     "%s has keys that the driver does not know: pressed %lld times", name,
+			     "%s has sent %lld key codes that the driver does not know", name,
 			     number);
 }
 
@@ -316,10 +316,10 @@ static const struct doctor_driver drivers[] = {
 static const struct doctor_check checks[] = {
 	{ "model", "which of the vendor's devices it is", look_model },
 	{ "holder", "a program that holds the pendant by libusb", look_holder },
-	{ "driver", "is it hid-xhc", look_driver },
+	{ "driver", "of the HID device: hid-xhc", look_driver },
 	{ "state", "asleep, frames that were lost, keys that are not known", look_state },
 	{ "linuxcnc", "keys in its HAL files that no pendant sends", look_linuxcnc },
-	{ "access", "of the group dialout, and of you", look_access },
+	{ "access", "permissions of the group dialout, and of the user", look_access },
 	{ 0 }
 };
 

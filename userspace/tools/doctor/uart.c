@@ -200,8 +200,8 @@ static void look_modem_manager(struct doctor *doctor, const struct port *port)
 		return;
 	snprintf(fix, sizeof(fix), "echo 'SUBSYSTEM==\"tty\", KERNELS==\"%s\", "
 		 "ENV{XY3_BACKCHANNEL}=\"1\"' | sudo tee /etc/udev/rules.d/69-my-heads.rules && "
-		 "sudo udevadm control --reload && sudo udevadm trigger /dev/%s   # if the head is "
-		 "there", interface, port->name);
+		 "sudo udevadm control --reload && sudo udevadm trigger /dev/%s   # if this is the "
+		 "port of the head", interface, port->name);
 	doctor_found(doctor, fix, "ModemManager may open %s and write to it, as no rule marks it "
 		     "as a head's", port->name);
 }
@@ -228,7 +228,7 @@ static void look_port(struct doctor *doctor, const char *path)
 	if (is_mini_uart(doctor, port.name) && (port.attached || !ports.good))
 		doctor_found(doctor, "write dtoverlay=disable-bt to /boot/firmware/config.txt and "
 			     "restart; the port is ttyAMA0 then",
-			     "%s is the mini-UART: its rate changes with the clock of the core",
+			     "%s is the mini-UART: its rate changes with the core clock",
 			     port.name);
 	if (port.attached || !ports.good)
 		look_modem_manager(doctor, &port);
@@ -236,7 +236,7 @@ static void look_port(struct doctor *doctor, const char *path)
 	if (port.attached && atoi(text) > 1) {
 		snprintf(fix, sizeof(fix), "echo 1 | sudo tee /sys/class/tty/%s/device/"
 			 "latency_timer", port.name);
-		doctor_found(doctor, fix, "%s collects bytes for %d ms (FTDI's latency timer)",
+		doctor_found(doctor, fix, "%s delays bytes by up to %d ms (FTDI's latency timer)",
 			     port.name, atoi(text));
 	}
 }
@@ -304,8 +304,8 @@ static void look_adapter(struct doctor *doctor, const char *path)
 		doctor_package_fix(doctor, "remove", "brltty", fix, sizeof(fix));
 		snprintf(fix + strlen(fix), sizeof(fix) - strlen(fix), "   # unless you have a "
 			 "braille display; then plug the adapter in again");
-		doctor_found(doctor, fix, "%s (%s) is a serial adapter, but no serial port: brltty "
-			     "has claimed it as a braille display", name, id);
+		doctor_found(doctor, fix, "%s (%s) is a serial adapter without a serial port: "
+			     "brltty has claimed it as a braille display", name, id);
 	} else if (bound[0]) {
 		doctor_found(doctor, "end the program that uses it by libusb, then plug it in "
 			     "again",

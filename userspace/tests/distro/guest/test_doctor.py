@@ -176,7 +176,7 @@ def test_doctor_finds_a_program_that_holds_the_pendant():
         try:
             fcntl.ioctl(fd, USBDEVFS_DISCONNECT_CLAIM, struct.pack('II256s', 0, 0, b''), False)
             text, fix = look('xhcctl')['holder']
-            assert 'python3 has taken %s' % os.path.basename(interface) in text, text
+            assert 'python3 has detached %s' % os.path.basename(interface) in text, text
             assert 'kill %d && sleep 1 && echo ' % os.getpid() in fix, fix
         finally:
             os.close(fd)
