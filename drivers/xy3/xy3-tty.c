@@ -369,6 +369,12 @@ static void xy3_hangup_work(struct work_struct *work)
 	wake_up_all(&xy3_hung);
 }
 
+/*
+ * Opening flushes the line discipline, which takes termios_rwsem, with the mutex of our port. The
+ * serial core takes that of its port, the UART of a head, the other way round: another class.
+ */
+static struct lock_class_key xy3_port_mutex;
+
 static struct xy3_line *xy3_line_new(unsigned int number)
 {
 	struct xy3_line *line = kzalloc(sizeof(*line), GFP_KERNEL);
@@ -376,6 +382,7 @@ static struct xy3_line *xy3_line_new(unsigned int number)
 	if (!line)
 		return NULL;
 	tty_port_init(&line->port);
+	lockdep_set_class(&line->port.mutex, &xy3_port_mutex);
 	line->port.ops = &xy3_port_ops;
 	line->port.client_ops = &xy3_client_ops;
 	spin_lock_init(&line->lock);
