@@ -50,36 +50,41 @@ MUTATIONS = (
              'put_unaligned_le32(bits, out);'),
     # xy3-spi
     Mutation('lost last scan', 'spi/xy3-stream.c',
-             'stream->running = false;\n',
-             'stream->running = false;\n'
-             '\t\tif (stream->filling && stream->filling->scans > 1)\n'
-             '\t\t\tstream->filling->scans--;\n', SIM),
+             '\txy3_queue(stream)->running = false;\n',
+             '\tstruct xy3_queue *queue = xy3_queue(stream);\n'
+             '\tif (queue->filling && queue->filling->scans > 1)\n'
+             '\t\tqueue->filling->scans--;\n'
+             '\tqueue->running = false;\n', SIM),
     Mutation('repeated block', 'spi/xy3-queue.c',
              '\txy3_block_recycle(block, err);\n\txy3_pump(stream, true);',
-             '\tif (block->scans == block->scans_max && stream->stat[XY3_SCANS] % 7 == 0)\n'
-             '\t\tlist_add(&block->node, &stream->full);\n'
-             '\telse\n'
-             '\t\txy3_block_recycle(block, err);\n\txy3_pump(stream, true);', SIM),
+             '\tif (block->scans == block->scans_max &&\n'
+             '\t    xy3_queue(stream)->stat[XY3_SCANS] % 7 == 0) {\n'
+             '\t\tlist_add(&block->node, &xy3_queue(stream)->full);\n'
+             '\t\txy3_queue(stream)->fulls++;\n'
+             '\t} else {\n'
+             '\t\txy3_block_recycle(block, err);\n'
+             '\t}\n'
+             '\txy3_pump(stream, true);', SIM),
     Mutation('command inside a block', 'spi/xy3-queue.c',
              '\tcommands->sending = command;\n',
-             '\tif (!list_empty(&stream->full) && !stream->word_is_scan) {\n'
-             '\t\tblock = list_first_entry(&stream->full, struct xy3_block, node);\n'
+             '\tif (!list_empty(&xy3_queue(stream)->full) && !stream->map.words) {\n'
+             '\t\tblock = list_first_entry(&xy3_queue(stream)->full, struct xy3_block, node);\n'
              '\t\txy3_encode_command_scan(&stream->map, command->code,\n'
-             '\t\t\t\t\tblock->data + xy3_stream_scan_size(stream));\n'
+             '\t\t\t\t\tblock->data + stream->map.scan_size);\n'
              '\t\txy3_command_end(stream, command, 0);\n'
              '\t\treturn NULL;\n'
              '\t}\n'
              '\tcommands->sending = command;\n', SIM),
     Mutation('underrun not counted', 'spi/xy3-counter.c',
-             'stream->stat[XY3_UNDERRUNS]++;',
+             'queue->stat[XY3_UNDERRUNS]++;',
              ';', SIM),
     Mutation('unbind leak', 'spi/xy3-stream.c',
-             '\txy3_blocks_free(&stream->spare);\n',
+             '\txy3_blocks_free(&queue->spare);\n',
              '', LEAK),
     # not in the original list
     Mutation('what is repeated is not the last scan', 'spi/xy3-queue.c',
-             'memcpy(stream->last, last, size);',
-             'memcpy(stream->last, block->data, size);', SIM),
+             'memcpy(queue->last, xy3_last_scan(block), stream->map.scan_size);',
+             'memcpy(queue->last, block->data, stream->map.scan_size);', SIM),
     Mutation('codes out of the field not counted', 'spi/xy3-buffer.c',
              'clamped += code > max;',
              'clamped = 0;', SIM),

@@ -71,9 +71,9 @@ MUTATIONS = (
              '\tif (!flags) {\n',
              '\tif (!flags || size) {\n', KERNEL),
     Mutation('rate set before the command', 'xy3-rate.c',
-             '\terr = xy3_send_rate(head, xy3_rate_command(rate));\n',
+             '\terr = xy3_send_command(head, xy3_rate_command(rate));\n',
              '\txy3_move_uart(head, head->back, rate);\n'
-             '\terr = xy3_send_rate(head, xy3_rate_command(rate));\n', KERNEL),
+             '\terr = xy3_send_command(head, xy3_rate_command(rate));\n', KERNEL),
     Mutation('a head that does not follow is left behind', 'xy3-rate.c',
              '\tif (!err && xy3_wait_resync(head))\n',
              '\tif (!err && (xy3_wait_resync(head) || head))\n', KERNEL),
