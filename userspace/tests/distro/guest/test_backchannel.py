@@ -14,13 +14,14 @@ import termios
 
 import pytest
 from harness import (BIND_TIME, TRACING, command, module_loaded, read_file, reload_rules, settle,
-                     wait_for)
+                     wait_for, write_file)
 from head_rig import error_name, split
 from serial_head import (STICK, UART, Cat, Reader, by_id, heads, module, peer, plug,
                          set_clock, unplug, whole_packets)
 
 RATE = 921600
 BYTES_PER_SECOND = RATE // 10
+LDISC_AUTOLOAD = '/proc/sys/dev/tty/ldisc_autoload'
 UART_SHARE = 100        # one interrupt per few bytes, each of them emulated
 
 
@@ -68,31 +69,57 @@ def test_two_heads(attach):
     assert first.name == 'xy3-0'
 
 
-def test_stick_is_attached_by_rule_and_unit():
-    """A user's rule marks the adapter. There is no systemd here: the test runs its unit."""
-    rule = '/etc/udev/rules.d/69-test-heads.rules'
-    with open(rule, 'w', encoding='ascii') as file:
-        file.write('SUBSYSTEM=="tty", ATTRS{idVendor}=="0403", ENV{XY3_BACKCHANNEL}="1"\n')
-    reload_rules()
+def stick_port():
+    """The USB interface of the stick, which a rule can match by KERNELS."""
+    plug(STICK)
+    device = os.path.realpath('/sys/class/tty/ttyUSB0/device')
+    unplug(STICK)
+    return os.path.basename(os.path.dirname(device))
+
+
+def unit_command():
+    """-> words of the unit's command, which is run with the capabilities that the unit has"""
     unit = read_file('/usr/lib/systemd/system/xy3-attach@.service')
-    start = re.search(r'^ExecStart=(.*)', unit, re.M).group(1)
-    rate = re.search(r'^Environment=XY3_RATE=(.*)', unit, re.M).group(1)
+    settings = dict(re.findall(r'^(ExecStart|Environment|CapabilityBoundingSet)=(.*)', unit, re.M))
+    start = settings['ExecStart'].replace('%I', 'ttyUSB0').replace(
+        '${XY3_RATE}', settings['Environment'].removeprefix('XY3_RATE='))
+    kept = ['+' + name.removeprefix('CAP_').lower()
+            for name in settings['CapabilityBoundingSet'].split()]
+    return ['setpriv', '--bounding-set', ','.join(['-all', *kept]), '--inh-caps', '-all',
+            '--no-new-privs', *start.split()]
+
+
+@pytest.mark.parametrize('by', ('id', 'port'))
+def test_stick_is_attached_by_rule_and_unit(by):
+    """A user's rule marks the adapter. There is no systemd here: the test runs its unit.
+
+    The module is loaded on a machine where only programs with CAP_SYS_MODULE may cause that.
+    """
+    rule = '/etc/udev/rules.d/69-test-heads.rules'
+    match = 'ATTRS{idVendor}=="0403"' if by == 'id' else 'KERNELS=="%s"' % stick_port()
+    with open(rule, 'w', encoding='ascii') as file:
+        file.write('SUBSYSTEM=="tty", %s, ENV{XY3_BACKCHANNEL}="1"\n' % match)
+    reload_rules()
+    if module_loaded('xy3'):
+        module.unload()
 
     def properties():
         return command('udevadm', 'info', '--query=property', '/dev/ttyUSB0').splitlines()
 
     plug(STICK)
     try:
+        write_file(LDISC_AUTOLOAD, '0')
         wait_for(lambda: 'SYSTEMD_WANTS=xy3-attach@ttyUSB0.service' in properties(),
                  'the unit in the properties', BIND_TIME)
         tags, = [line for line in properties() if line.startswith('TAGS=')]
         assert ':systemd:' in tags
-        words = start.replace('%I', 'ttyUSB0').replace('${XY3_RATE}', rate).split()
-        with subprocess.Popen(words) as service:
+        module.will_come()
+        with subprocess.Popen(unit_command()) as service:
             wait_for(heads, 'head', BIND_TIME)
             service.terminate()
         wait_for(lambda: not heads(), 'end of the head')
     finally:
+        write_file(LDISC_AUTOLOAD, '1')
         os.unlink(rule)
         reload_rules()
         unplug(STICK)
