@@ -11,11 +11,12 @@ import re
 import select
 import subprocess
 import termios
+import time
 
 import pytest
 from harness import (BIND_TIME, TRACING, command, module_loaded, read_file, reload_rules, settle,
                      wait_for, write_file)
-from head_rig import error_name, split
+from head_rig import AttributePoller, Background, error_name, split
 from serial_head import (STICK, UART, Cat, Reader, by_id, heads, module, peer, plug,
                          set_clock, unplug, whole_packets)
 
@@ -380,8 +381,14 @@ def test_unplugged_while_it_streams(attach):
 
 
 def test_unplugged_while_files_are_open(attach):
-    """The adapter is unplugged while files are open, and the next head gets its number."""
+    """The adapter is unplugged while files are open, and the next head gets its number.
+
+    A program that polls an attribute learns of the removal.
+    """
     head = attach(STICK)
+    pollers = [AttributePoller(head.path(name)) for name in ('in_sync', 'errors/dsp')]
+    watchers = [Background(poller.removed, 150) for poller in pollers]
+    time.sleep(1)                       # they are in poll() now
     upper = os.open(head.node, os.O_RDONLY)
     lower = os.open(head.device, os.O_RDWR | os.O_NOCTTY)
     sysfs = os.open(head.path('in_sync'), os.O_RDONLY)
@@ -390,6 +397,7 @@ def test_unplugged_while_files_are_open(attach):
         assert os.read(upper, 100) == b''
         wait_for(lambda: not heads(), 'end of the head')
         assert error_name(os.pread, sysfs, 16, 0) == 'ENODEV'
+        assert [watcher.result(160) for watcher in watchers] == [True, True]
         other = attach(UART)
         assert other.name == 'xy3-0'
         with Cat(other.node) as cat:
@@ -399,6 +407,8 @@ def test_unplugged_while_files_are_open(attach):
     finally:
         for fd in (upper, lower, sysfs):
             os.close(fd)
+        for poller in pollers:
+            poller.close()
 
 
 @pytest.mark.smoke
