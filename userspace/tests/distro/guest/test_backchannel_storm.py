@@ -10,6 +10,7 @@ import glob
 import hashlib
 import os
 import random
+import signal
 import struct
 import subprocess
 import termios
@@ -17,7 +18,7 @@ import threading
 import time
 
 import pytest
-from harness import BIND_TIME, command, wait_for, write_file
+from harness import BIND_TIME, command, read_file, wait_for, write_file
 from head_rig import error_name
 from serial_head import (CLASS, DEVICES, LDISC, STICK, TIOCSETD, UART, Cat, heads, module, peer,
                          plug, unplug)
@@ -26,6 +27,7 @@ from virtual_head import DRIVER, VirtualHead
 ATTACH_ROUNDS = 15      # each takes seconds: the line floods the emulated machine
 UNPLUG_ROUNDS = 6
 MODULE_ROUNDS = 8
+ABORT_ROUNDS = 100
 SEED = 4711
 N_TTY = 0
 
@@ -231,3 +233,26 @@ def test_unbound_while_it_streams():
         assert head.positions(20)[0] == 77
         for name in ('parity_errors', 'length_errors'):
             assert head.counts(name) == [0] * head.axes
+
+
+def test_abort_while_enabled_and_disabled():
+    """`abort` takes no lock of the IIO device: the number of empty blocks remains correct."""
+    with VirtualHead(lines=4, framing='line') as head:
+        head.start()
+        head.set('buffer/enable', 0)
+        child = os.fork()
+        if not child:
+            while True:
+                write_file(head.iio + '/abort', '1')
+        try:
+            length = int(read_file(head.iio + '/buffer/length'))
+            scans = bytes(4 * head.axes * length)
+            for _ in range(ABORT_ROUNDS):
+                head.set('buffer/enable', 1)
+                fd = os.open(head.buffer, os.O_WRONLY | os.O_NONBLOCK)
+                assert os.write(fd, scans) == len(scans)
+                os.close(fd)
+                head.set('buffer/enable', 0)
+        finally:
+            os.kill(child, signal.SIGKILL)
+            os.waitpid(child, 0)
