@@ -16,7 +16,7 @@ from virtual_head import SIM, UART, VirtualHead, sim
 
 ATTACH = 'xy3ctl attach --daemon /dev/ttyXY3SIM0'
 
-pytestmark = pytest.mark.timeout(500)     # an emulated machine is slow
+pytestmark = pytest.mark.timeout(1200)    # an emulated machine is slow
 
 
 # --- devices -----------------------------------------------------------------------------------
