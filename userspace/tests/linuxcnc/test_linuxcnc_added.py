@@ -345,6 +345,22 @@ class TestSettings(Case):
         self.rests()
         assert float(pin('joint.0.pos-fb')) < before
 
+    def test_modal_codes_of_macros(self):
+        """They stay as a macro leaves them, unless it begins with M70 and ends with M72."""
+        self.start(Machine.of_our_own(**{
+            'MACRO_1 = (': 'MACRO_1 = M70\nMACRO_1 = G91 G20\nMACRO_1 = M72\nMACRO_1 = (',
+            'MACRO_2 = (': 'MACRO_2 = G91 G20\nMACRO_2 = ('}))
+        self.mill.switch_on()
+        self.mill.home(2)
+        screen = test_linuxcnc.Screen()
+        screen.mdi('G90 G21')
+        for name, codes in (('Macro 1', {900, 210}), ('Macro 2', {910, 200})):
+            said = []
+            self.press(name, lambda: said or said.append(screen.message()))
+            assert said == [name.lower()]
+            self.mill.wait(lambda: is_true('halui.mode.is-manual'))
+            assert set(screen.codes()) & {900, 910, 200, 210} == codes
+
     def rests(self):
         def same():
             place = pin('joint.0.pos-fb')
