@@ -162,7 +162,7 @@ static int replay(const struct recording *recording, const struct options *optio
 	int err, status;
 
 	if (options->common.device)
-		return cli_usage("--device cannot be used: replay creates a new device");
+		return cli_usage("--device cannot be used: a new device is created");
 	if (options->check)
 		return finish(recording, options, 0);
 	cli_catch_signals();

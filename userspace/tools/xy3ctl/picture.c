@@ -79,9 +79,12 @@ static int print_frame_errors(const struct telemetry *telemetry)
 {
 	/* the name is wider than those of the table above by 3 */
 	printf("\nframe errors");
-	for (unsigned int axis = 0; axis < XY3_AXES; axis++)
-		printf("%*s", axis ? 10 : 7, or_dash(telemetry_get(telemetry, "frame_errors/%s",
-								  xy3_axis_name(axis))));
+	for (unsigned int axis = 0; axis < XY3_AXES; axis++) {
+		const char *errors = telemetry_get(telemetry, "frame_errors/%s",
+						   xy3_axis_name(axis));
+
+		printf("%*s", axis ? 10 : 7, or_dash(errors));
+	}
 	putchar('\n');
 	return 2;
 }
